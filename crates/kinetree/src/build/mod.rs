@@ -1,0 +1,14 @@
+//! Growing trees: choosing a cut is one thing, carrying it out is another.
+//!
+//! [`binned()`] is for what is built while the game runs, [`agglomerate()`] for the top level, over the boxes of instances.
+
+mod agglomerate;
+mod binned;
+mod cut;
+mod grow;
+mod options;
+mod reference;
+
+pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
+pub use binned::binned;
+pub use options::BuildOptions;

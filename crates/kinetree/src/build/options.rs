@@ -1,0 +1,33 @@
+//! What a caller can choose about a build.
+
+use crate::threads::Threads;
+use crate::tree::Link;
+
+/// How a tree is grown. The defaults suit the walk of this library.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct BuildOptions {
+    /// Cost of visiting a node, in units of one primitive test. A larger one gives larger leaves.
+    pub node_cost: f32,
+    /// The most primitives in a leaf; at least 1, at most [`Link::MAX_COUNT`].
+    pub max_leaf: u32,
+    /// Where the build runs. The tree does not depend on it.
+    pub threads: Threads,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { node_cost: 1.0, max_leaf: 8, threads: Threads::default() }
+    }
+}
+
+impl BuildOptions {
+    /// For trees whose primitives are dear, such as instances: one in each leaf.
+    pub(crate) fn single() -> Self {
+        Self { max_leaf: 1, ..Self::default() }
+    }
+
+    pub(crate) fn leaf_limit(&self) -> usize {
+        self.max_leaf.clamp(1, Link::MAX_COUNT) as usize
+    }
+}

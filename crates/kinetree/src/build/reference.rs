@@ -1,0 +1,37 @@
+//! What builders move around.
+
+use crate::geometry::Aabb;
+use crate::threads::Threads;
+
+/// A box, and the primitive it is the box of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reference {
+    pub(crate) bounds: Aabb,
+    pub(crate) id: u32,
+}
+
+impl Reference {
+    #[inline]
+    pub(crate) fn center(&self, axis: usize) -> f32 {
+        self.bounds.min[axis] * 0.5 + self.bounds.max[axis] * 0.5
+    }
+}
+
+/// Pieces of this size are worth a thread.
+pub(crate) const GRAIN: usize = 16 * 1024;
+
+/// References to primitives 0, 1, ... of known boxes. Empty boxes are left out.
+pub(crate) fn references(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> Vec<Reference> {
+    let mut all = vec![Reference { bounds: Aabb::EMPTY, id: 0 }; count];
+    threads.for_each(&mut all, GRAIN, &|i, reference| {
+        *reference = Reference { bounds: bounds_of(i as u32), id: i as u32 }
+    });
+    all.retain(|reference| !reference.bounds.is_empty());
+    all
+}
+
+/// The box around references.
+pub(crate) fn bounds_of(references: &[Reference], threads: &Threads) -> Aabb {
+    let around = |piece: &[Reference]| piece.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds));
+    threads.reduce(references, GRAIN, &around, &|a, b| a.union(&b))
+}

@@ -1,0 +1,242 @@
+//! Placements: affine maps of space, read as `to_from_from`.
+
+use std::ops::Mul;
+
+use glam::{Affine3A, Mat3, Quat, Vec3};
+
+use super::{Aabb, UNIT_ROUNDOFF, is_finite};
+
+/// An affine map: three column vectors and a translation. `world_from_object` takes a point of the object to the world.
+///
+/// Chains read from right to left: `world_from_car * car_from_wheel` is `world_from_wheel`.
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Affine {
+    /// Where the x axis goes.
+    pub x_axis: [f32; 3],
+    /// Where the y axis goes.
+    pub y_axis: [f32; 3],
+    /// Where the z axis goes.
+    pub z_axis: [f32; 3],
+    /// Where the origin goes.
+    pub translation: [f32; 3],
+}
+
+const _: () = assert!(size_of::<Affine>() == 48);
+
+impl Default for Affine {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Affine {
+    /// Everything stays where it is.
+    pub const IDENTITY: Self =
+        Self { x_axis: [1.0, 0.0, 0.0], y_axis: [0.0, 1.0, 0.0], z_axis: [0.0, 0.0, 1.0], translation: [0.0; 3] };
+
+    /// From the images of the axes and of the origin.
+    pub const fn from_columns(x_axis: [f32; 3], y_axis: [f32; 3], z_axis: [f32; 3], translation: [f32; 3]) -> Self {
+        Self { x_axis, y_axis, z_axis, translation }
+    }
+
+    /// Moves by a vector.
+    pub const fn from_translation(translation: [f32; 3]) -> Self {
+        Self { translation, ..Self::IDENTITY }
+    }
+
+    /// Scales each axis about the origin.
+    pub const fn from_scale(scale: [f32; 3]) -> Self {
+        Self {
+            x_axis: [scale[0], 0.0, 0.0],
+            y_axis: [0.0, scale[1], 0.0],
+            z_axis: [0.0, 0.0, scale[2]],
+            translation: [0.0; 3],
+        }
+    }
+
+    /// Turns by a unit quaternion (x, y, z, w). Other lengths are brought to one; zero turns nothing.
+    pub fn from_quaternion(quaternion: [f32; 4]) -> Self {
+        Self::from_scale_rotation_translation([1.0; 3], quaternion, [0.0; 3])
+    }
+
+    /// Turns by an angle in radians about an axis of any length, counter-clockwise when the axis points at the viewer.
+    pub fn from_axis_angle(axis: [f32; 3], radians: f32) -> Self {
+        let axis = Vec3::from(axis).normalize_or(Vec3::Y);
+        Self::from_quaternion(Quat::from_axis_angle(axis, radians).to_array())
+    }
+
+    /// Scales, then turns, then moves.
+    pub fn from_scale_rotation_translation(scale: [f32; 3], quaternion: [f32; 4], translation: [f32; 3]) -> Self {
+        let quaternion = Quat::from_array(quaternion);
+        let quaternion = if quaternion.length_squared() > 0.0 { quaternion.normalize() } else { Quat::IDENTITY };
+        Affine3A::from_scale_rotation_translation(scale.into(), quaternion, translation.into()).into()
+    }
+
+    /// Places an object at `eye` so that its -z axis looks at `target` and its +y axis is as near to `up` as can be.
+    pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> Self {
+        let back = (Vec3::from(eye) - Vec3::from(target)).normalize_or(Vec3::Z);
+        let right = Vec3::from(up).cross(back).normalize_or(back.any_orthonormal_vector());
+        Self::from_columns(right.into(), back.cross(right).into(), back.into(), eye)
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        is_finite(self.x_axis) && is_finite(self.y_axis) && is_finite(self.z_axis) && is_finite(self.translation)
+    }
+
+    fn linear(&self) -> Mat3 {
+        Mat3::from_cols(self.x_axis.into(), self.y_axis.into(), self.z_axis.into())
+    }
+
+    /// How volumes grow; negative when the map mirrors.
+    pub fn determinant(&self) -> f32 {
+        self.linear().determinant()
+    }
+
+    /// The map back; `None` when there is none: the map flattens space, or its inverse overflows.
+    ///
+    /// Computed in double precision and rounded once.
+    pub fn inverse(&self) -> Option<Self> {
+        let (x, y, z) = (wide(self.x_axis), wide(self.y_axis), wide(self.z_axis));
+        let rows = [y.cross(z), z.cross(x), x.cross(y)];
+        let determinant = x.dot(rows[0]);
+        // Flat to within the rounding of the input counts as flat: such an inverse would be noise.
+        let size = x.length() * y.length() * z.length();
+        if !determinant.is_finite() || determinant.abs() <= 8.0 * f64::from(f32::EPSILON) * size {
+            return None;
+        }
+        let rows = rows.map(|row| row / determinant);
+        let column = |axis: usize| [rows[0][axis] as f32, rows[1][axis] as f32, rows[2][axis] as f32];
+        let translation = rows.map(|row| -row.dot(wide(self.translation)) as f32);
+        let inverse = Self::from_columns(column(0), column(1), column(2), translation);
+        inverse.is_finite().then_some(inverse)
+    }
+
+    /// A point of the one space in the other.
+    #[inline]
+    pub fn transform_point(&self, point: [f32; 3]) -> [f32; 3] {
+        (Vec3::from(self.transform_vector(point)) + Vec3::from(self.translation)).into()
+    }
+
+    /// A direction or displacement of the one space in the other.
+    #[inline]
+    pub fn transform_vector(&self, vector: [f32; 3]) -> [f32; 3] {
+        let [x, y, z] = vector;
+        (Vec3::from(self.x_axis) * x + Vec3::from(self.y_axis) * y + Vec3::from(self.z_axis) * z).into()
+    }
+
+    /// A normal of the one space in the other: by the inverse transpose, up to a positive factor. Not normalised.
+    pub fn transform_normal(&self, normal: [f32; 3]) -> [f32; 3] {
+        let (x, y, z) = (Vec3::from(self.x_axis), Vec3::from(self.y_axis), Vec3::from(self.z_axis));
+        let [a, b, c] = normal;
+        let cofactors = y.cross(z) * a + z.cross(x) * b + x.cross(y) * c;
+        (cofactors * x.dot(y.cross(z)).signum()).into()
+    }
+
+    /// A box around the image of a box, rounded outwards. Empty stays empty.
+    pub fn transform_box(&self, bounds: &Aabb) -> Aabb {
+        if bounds.is_empty() {
+            return Aabb::EMPTY;
+        }
+        let center = Vec3::from(bounds.center());
+        let half = Vec3::from(bounds.max) * 0.5 - Vec3::from(bounds.min) * 0.5;
+        let columns = [self.x_axis, self.y_axis, self.z_axis].map(|column| Vec3::from(column).abs());
+        let reach = columns[0] * half.x + columns[1] * half.y + columns[2] * half.z;
+        let middle = Vec3::from(self.transform_point(center.into()));
+        let size = columns[0] * center.x.abs() + columns[1] * center.y.abs() + columns[2] * center.z.abs();
+        let slack = (size + reach + Vec3::from(self.translation).abs()) * (8.0 * UNIT_ROUNDOFF);
+        Aabb::new((middle - reach - slack).into(), (middle + reach + slack).into())
+    }
+}
+
+fn wide(v: [f32; 3]) -> glam::DVec3 {
+    Vec3::from(v).as_dvec3()
+}
+
+impl Mul for Affine {
+    type Output = Self;
+
+    /// First the right one, then the left one.
+    fn mul(self, first: Self) -> Self {
+        Self::from_columns(
+            self.transform_vector(first.x_axis),
+            self.transform_vector(first.y_axis),
+            self.transform_vector(first.z_axis),
+            self.transform_point(first.translation),
+        )
+    }
+}
+
+impl From<Affine3A> for Affine {
+    fn from(map: Affine3A) -> Self {
+        let linear = map.matrix3;
+        Self::from_columns(linear.x_axis.into(), linear.y_axis.into(), linear.z_axis.into(), map.translation.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn odd() -> Affine {
+        Affine::from_translation([3.0, -2.0, 7.0])
+            * Affine::from_axis_angle([1.0, 2.0, -1.0], 1.1)
+            * Affine::from_scale([2.0, -0.5, 3.0])
+    }
+
+    fn near(a: [f32; 3], b: [f32; 3]) -> bool {
+        (Vec3::from(a) - Vec3::from(b)).length() < 1e-5
+    }
+
+    #[test]
+    fn an_inverse_takes_back() {
+        let there = odd();
+        let back = there.inverse().unwrap();
+        let point = [0.3, 5.0, -2.0];
+        assert!(near(back.transform_point(there.transform_point(point)), point));
+        assert!(near((there * back).transform_point(point), point));
+    }
+
+    #[test]
+    fn flat_and_overflowing_maps_have_no_inverse() {
+        assert_eq!(Affine::from_scale([1.0, 0.0, 1.0]).inverse(), None);
+        assert_eq!(Affine::from_scale([0.0; 3]).inverse(), None);
+        assert_eq!(Affine::from_scale([1e-39; 3]).inverse(), None);
+        let sheared = Affine { y_axis: [1.0, 1e-9, 0.0], ..Affine::IDENTITY };
+        assert_eq!(sheared.inverse(), None);
+        assert!(Affine::from_scale([1e-6, 1e6, 1.0]).inverse().is_some());
+    }
+
+    #[test]
+    fn normals_stay_upright_under_mirrors_and_stretching() {
+        let map = odd();
+        let (edge, other) = ([1.0, 2.0, 0.5], [-0.3, 1.0, 4.0]);
+        let normal = Vec3::from(edge).cross(other.into());
+        let moved = Vec3::from(map.transform_normal(normal.into()));
+        assert!(moved.dot(map.transform_vector(edge).into()).abs() < 1e-4);
+        assert!(moved.dot(map.transform_vector(other).into()).abs() < 1e-4);
+        // A point above the plane stays on the side that the normal shows.
+        assert!(moved.dot(map.transform_vector(normal.into()).into()) > 0.0);
+    }
+
+    #[test]
+    fn a_moved_box_contains_its_moved_corners() {
+        let map = odd();
+        let bounds = Aabb::new([-1.0, 2.0, 0.0], [4.0, 2.5, 9.0]);
+        let moved = map.transform_box(&bounds);
+        for corner in 0..8 {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+            assert!(moved.contains_point(map.transform_point([pick(0), pick(1), pick(2)])));
+        }
+        assert!(map.transform_box(&Aabb::EMPTY).is_empty());
+    }
+
+    #[test]
+    fn look_at_faces_its_target() {
+        let camera = Affine::look_at([1.0, 2.0, 3.0], [1.0, 2.0, -5.0], [0.0, 1.0, 0.0]);
+        assert!(near(camera.transform_vector([0.0, 0.0, -1.0]), [0.0, 0.0, -1.0]));
+        let down = Affine::look_at([0.0, 9.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]);
+        assert!(near(down.transform_vector([0.0, 0.0, -1.0]), [0.0, -1.0, 0.0]) && down.inverse().is_some());
+    }
+}

@@ -1,0 +1,29 @@
+//! Boxes, rays, triangles and placements; no tree in sight.
+//!
+//! Points and vectors are `[f32; 3]` on the outside, so that no user is tied to a math crate.
+
+mod aabb;
+mod affine;
+pub(crate) mod clip;
+mod ray;
+pub(crate) mod slab;
+mod triangle;
+mod triangles;
+pub(crate) mod watertight;
+
+pub use aabb::Aabb;
+pub use affine::Affine;
+pub use clip::clipped_bounds;
+pub use ray::Ray;
+pub use slab::SafeRay;
+pub use triangle::Triangle;
+pub use triangles::Triangles;
+pub use watertight::{Sheared, TriangleHit};
+
+/// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.
+pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
+
+/// Whether all three are numbers, and finite.
+pub(crate) fn is_finite(v: [f32; 3]) -> bool {
+    v.iter().all(|x| x.is_finite())
+}

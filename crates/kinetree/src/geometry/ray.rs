@@ -1,0 +1,47 @@
+//! Rays.
+
+use glam::Vec3;
+
+/// A half-open line with bounds. Its direction has any length but zero; `t` counts in lengths of the direction.
+///
+/// A negative `t_min` counts as 0. A ray with a non-finite origin or direction, a zero direction or a NaN bound hits nothing.
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Ray {
+    /// Where it starts, metres.
+    pub origin: [f32; 3],
+    /// Hits nearer than this do not count.
+    pub t_min: f32,
+    /// Where it goes; need not have length one.
+    pub direction: [f32; 3],
+    /// Hits beyond this do not count.
+    pub t_max: f32,
+}
+
+const _: () = assert!(size_of::<Ray>() == 32);
+
+impl Ray {
+    /// A ray without an end.
+    pub const fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
+    }
+
+    /// The same ray with bounds, both inclusive, in lengths of the direction.
+    #[must_use]
+    pub const fn with_range(self, t_min: f32, t_max: f32) -> Self {
+        Self { t_min, t_max, ..self }
+    }
+
+    /// The point that is `t` lengths of the direction along.
+    pub fn at(&self, t: f32) -> [f32; 3] {
+        (Vec3::from(self.origin) + Vec3::from(self.direction) * t).into()
+    }
+
+    /// The ray as queries take it: `t_min` at least 0; `None` when nothing can be hit.
+    pub(crate) fn sane(&self) -> Option<Self> {
+        let finite = super::is_finite(self.origin) && super::is_finite(self.direction);
+        let t_min = if self.t_min < 0.0 { 0.0 } else { self.t_min };
+        let forward = self.direction != [0.0; 3];
+        (finite && forward && t_min <= self.t_max).then_some(Self { t_min, ..*self })
+    }
+}

@@ -1,0 +1,203 @@
+//! Does a ray enter a box, and where? Never no when a triangle in the box is hit.
+//!
+//! The triangle test rounds, and so may report a hit that lies a few roundings outside of the box. The box test therefore
+//! leans outwards by at least as much, or rays would slip through edges that lie on box faces (compare Ize 2013, "Robust BVH
+//! Ray Traversal", and section 3.3 of Woop, Benthin and Wald 2013). Everything is paid for once per ray:
+//!
+//! * along each axis the reciprocal is moved by a few roundings, more of them the flatter the ray runs to the planes of that axis;
+//! * the scaled origin is moved by a few roundings of itself;
+//! * along an axis on which the ray hardly moves, by a few roundings of the distance to the far end of everything.
+//!
+//! What grows with the size of a triangle instead of its distance is already in its box ([`Aabb::padded`]).
+
+use super::{Aabb, Ray, UNIT_ROUNDOFF};
+
+/// Roundings by which distances along an axis lean outwards. The vertices' error in the triangle test is below 5 of them.
+const SLACK: f32 = 16.0;
+
+/// Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement is skewed.
+const SLACK_OVER_INSTANCES: f32 = 64.0;
+
+/// Direction components are at least this fraction of the largest one, with their sign kept.
+const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
+
+/// A ray made ready for box tests against boxes within known bounds.
+#[derive(Debug, Clone, Copy)]
+pub struct SafeRay {
+    near: [Plane; 3],
+    far: [Plane; 3],
+    /// The ray runs down this axis, so that the upper plane is met first.
+    downwards: [bool; 3],
+    t_min: f32,
+    /// Present when single precision does not suffice for this ray.
+    careful: Option<CarefulRay>,
+}
+
+/// Distance of a plane along the ray: `position * scale - offset`.
+#[derive(Debug, Clone, Copy, Default)]
+struct Plane {
+    scale: f32,
+    offset: f32,
+}
+
+impl SafeRay {
+    /// For boxes of triangles, all within `bounds`. The ray is as [`Ray::sane`] made it.
+    pub(crate) fn new(ray: &Ray, bounds: &Aabb) -> Self {
+        Self::with_slack(ray, bounds, SLACK, 0.0)
+    }
+
+    /// For world boxes of instances, all within `bounds`. The ray is as [`Ray::sane`] made it.
+    ///
+    /// Taking the origin to an instance mixes its coordinates, so roundings of the largest one count on every axis.
+    pub(crate) fn over_instances(ray: &Ray, bounds: &Aabb) -> Self {
+        let farthest = ray.origin.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+        Self::with_slack(ray, bounds, SLACK_OVER_INSTANCES, SLACK * UNIT_ROUNDOFF * farthest)
+    }
+
+    fn with_slack(ray: &Ray, bounds: &Aabb, slack: f32, stray: f32) -> Self {
+        // A ray that runs flatter to an axis' planes than this, compared with straight ahead, counts as parallel to them.
+        let parallel = 4.0 * slack * UNIT_ROUNDOFF;
+        let largest = ray.direction.iter().fold(0.0_f32, |most, d| most.max(d.abs()));
+        let reach = reach(ray.origin, bounds);
+        let mut safe = Self {
+            near: [Plane::default(); 3],
+            far: [Plane::default(); 3],
+            downwards: ray.direction.map(f32::is_sign_negative),
+            t_min: ray.t_min,
+            careful: None,
+        };
+        for axis in 0..3 {
+            let slope = ray.direction[axis].abs() / largest;
+            let step = (slope.max(LEAST_SLOPE) * largest).copysign(ray.direction[axis]);
+            let (reciprocal, origin) = (1.0 / step, ray.origin[axis]);
+            let (lean, stray) = if slope < parallel {
+                (slack * UNIT_ROUNDOFF, (stray + slack * UNIT_ROUNDOFF * reach) * reciprocal.abs())
+            } else {
+                (slack * UNIT_ROUNDOFF * (1.0 + 1.0 / slope), stray * reciprocal.abs())
+            };
+            let (near, far) = (reciprocal * (1.0 - lean), reciprocal * (1.0 + lean));
+            let outwards = |scaled: f32| 4.0 * UNIT_ROUNDOFF * scaled.abs() + stray;
+            safe.near[axis] = Plane { scale: near, offset: origin * near + outwards(origin * near) };
+            safe.far[axis] = Plane { scale: far, offset: origin * far - outwards(origin * far) };
+        }
+        let planes = || safe.near.iter().chain(&safe.far);
+        // The distances must be finite too, or a plane far away would be NaN instead of far away.
+        let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
+        if !planes().all(|plane| (plane.scale.abs() * farthest + plane.offset.abs()).is_finite()) {
+            safe.careful = Some(CarefulRay {
+                origin: ray.origin,
+                direction: ray.direction,
+                slack: slack * UNIT_ROUNDOFF * reach + stray,
+            });
+        }
+        safe
+    }
+
+    /// Where the ray enters the box, at the earliest, if it does so before `t_max`.
+    #[inline]
+    pub fn enter(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
+        if let Some(careful) = &self.careful {
+            return careful.enter(bounds, self.t_min, t_max);
+        }
+        let (mut entry, mut exit) = (self.t_min, t_max);
+        for axis in 0..3 {
+            let (low, high) = (bounds.min[axis], bounds.max[axis]);
+            let (first, second) = if self.downwards[axis] { (high, low) } else { (low, high) };
+            let near = first * self.near[axis].scale - self.near[axis].offset;
+            let far = second * self.far[axis].scale - self.far[axis].offset;
+            entry = if near > entry { near } else { entry };
+            exit = if far < exit { far } else { exit };
+        }
+        (entry <= exit).then_some(entry)
+    }
+}
+
+/// The largest distance along an axis between a point and anything in the bounds.
+fn reach(origin: [f32; 3], bounds: &Aabb) -> f32 {
+    (0..3).fold(0.0, |most, axis| {
+        most.max((bounds.min[axis] - origin[axis]).abs()).max((bounds.max[axis] - origin[axis]).abs())
+    })
+}
+
+/// The same question in double precision, for rays whose reciprocals or scaled origins overflow.
+#[derive(Debug, Clone, Copy)]
+struct CarefulRay {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    /// Metres by which boxes are widened.
+    slack: f32,
+}
+
+impl CarefulRay {
+    fn enter(&self, bounds: &Aabb, t_min: f32, t_max: f32) -> Option<f32> {
+        let (mut entry, mut exit) = (f64::from(t_min), f64::from(t_max));
+        if bounds.is_empty() {
+            return None;
+        }
+        for axis in 0..3 {
+            let (origin, step) = (f64::from(self.origin[axis]), f64::from(self.direction[axis]));
+            let slack = f64::from(self.slack);
+            let low = f64::from(bounds.min[axis]) - slack - origin;
+            let high = f64::from(bounds.max[axis]) + slack - origin;
+            if step == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (one, other) = (low / step, high / step);
+            entry = entry.max(one.min(other));
+            exit = exit.min(one.max(other));
+        }
+        // Rounded down when it becomes an `f32`.
+        (entry <= exit).then(|| (entry as f32).next_down().max(t_min))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn enters(ray: &Ray, bounds: Aabb) -> Option<f32> {
+        SafeRay::new(&ray.sane().unwrap(), &bounds).enter(&bounds, ray.t_max)
+    }
+
+    #[test]
+    fn a_box_is_entered_where_it_stands() {
+        let bounds = Aabb::new([1.0, -1.0, -1.0], [2.0, 1.0, 1.0]);
+        let entry = enters(&Ray::new([0.0; 3], [1.0, 0.0, 0.0]), bounds).unwrap();
+        assert!((entry - 1.0).abs() < 1e-5 && entry <= 1.0);
+        assert!(enters(&Ray::new([0.0; 3], [-1.0, 0.0, 0.0]), bounds).is_none());
+        assert!(enters(&Ray::new([0.0; 3], [1.0, 0.0, 0.0]).with_range(0.0, 0.9), bounds).is_none());
+        assert!(enters(&Ray::new([0.0, 1.1, 0.0], [1.0, 0.0, 0.0]), bounds).is_none());
+    }
+
+    #[test]
+    fn rays_in_the_plane_of_a_face_enter() {
+        let ground = Aabb::new([-500.0, 0.0, -500.0], [500.0, 0.0, 500.0]);
+        for direction in [[1.0, 0.0, 0.0], [1.0, -0.0, 0.3], [0.0, 0.0, -1.0], [1.0, 1e-20, 1.0]] {
+            assert!(
+                enters(&Ray::new([-600.0 * direction[0], 0.0, -600.0 * direction[2]], direction), ground).is_some()
+            );
+            assert!(enters(&Ray::new([0.0; 3], direction), ground).is_some());
+        }
+    }
+
+    #[test]
+    fn short_and_long_directions_keep_their_slope() {
+        let bounds = Aabb::new([1.0, 2.0, -1.0], [1.1, 2.2, 1.0]);
+        for size in [1e-38_f32, 1e-30, 1e-25, 1.0, 1e25, 1e37] {
+            assert!(enters(&Ray::new([0.0; 3], [size, 2.0 * size, 0.0]), bounds).is_some(), "{size}");
+            assert!(enters(&Ray::new([0.0; 3], [size, size, 0.0]), bounds).is_none(), "{size}");
+        }
+    }
+
+    #[test]
+    fn an_empty_box_is_never_entered() {
+        for direction in [[1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [-1.0, 1e-30, 0.0]] {
+            let ray = Ray::new([0.0; 3], direction);
+            let safe = SafeRay::new(&ray, &Aabb::new([-1.0; 3], [1.0; 3]));
+            assert_eq!(safe.enter(&Aabb::EMPTY, f32::INFINITY), None);
+        }
+    }
+}

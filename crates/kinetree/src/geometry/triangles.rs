@@ -1,0 +1,77 @@
+//! Many triangles that share vertices.
+
+use std::sync::Arc;
+
+use super::{Aabb, Triangle};
+
+/// Positions, and which three of them make a triangle. Every index is in range.
+#[derive(Debug, Clone, Default)]
+pub struct Triangles {
+    positions: Vec<[f32; 3]>,
+    indices: Arc<[[u32; 3]]>,
+}
+
+impl Triangles {
+    /// `None` when an index is out of range.
+    pub fn new(positions: Vec<[f32; 3]>, indices: Arc<[[u32; 3]]>) -> Option<Self> {
+        let count = positions.len();
+        let in_range = indices.iter().flatten().all(|&index| (index as usize) < count);
+        in_range.then_some(Self { positions, indices })
+    }
+
+    /// How many triangles there are.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
+    /// The corners of a triangle.
+    #[inline]
+    pub fn get(&self, triangle: u32) -> Triangle {
+        Triangle { corners: self.indices[triangle as usize].map(|vertex| self.positions[vertex as usize]) }
+    }
+
+    /// The box that a tree keeps for a triangle: a little larger than the triangle (PERFORMANCE: boxes are conservative).
+    #[inline]
+    pub fn bounds_of(&self, triangle: u32) -> Aabb {
+        self.get(triangle).bounds().padded()
+    }
+
+    /// Metres, object space.
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// Vertex numbers, three a triangle.
+    pub fn indices(&self) -> &[[u32; 3]] {
+        &self.indices
+    }
+
+    /// For writing other positions over the old ones.
+    pub(crate) fn positions_mut(&mut self) -> &mut [[f32; 3]] {
+        &mut self.positions
+    }
+
+    /// Takes other positions, and gives the old ones.
+    ///
+    /// # Panics
+    /// When there are not as many.
+    pub(crate) fn swap_positions(&mut self, positions: &mut Vec<[f32; 3]>) {
+        assert_eq!(self.positions.len(), positions.len());
+        std::mem::swap(&mut self.positions, positions);
+    }
+
+    /// Bytes held; indices are shared between the buffers of a mesh and count once there.
+    pub(crate) fn memory(&self) -> usize {
+        self.positions.capacity() * size_of::<[f32; 3]>()
+    }
+
+    pub(crate) fn shared_indices(&self) -> &Arc<[[u32; 3]]> {
+        &self.indices
+    }
+}

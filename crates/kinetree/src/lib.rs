@@ -1,0 +1,47 @@
+//! Ray tracing for game scenes that move.
+//!
+//! One acceleration structure per mesh, kept by the method that suits how the mesh moves; all of them combined every frame under a tree over the
+//! instances. A game edits a [`Scene`], commits, and asks the [`Snapshot`] that it gets, from all threads, without locks:
+//!
+//! ```
+//! use kinetree::{Affine, Mesh, Motion, Ray, Scene};
+//!
+//! # fn main() -> Result<(), kinetree::EditError> {
+//! let mut scene = Scene::new();
+//! let triangle = Mesh::new(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]])?;
+//! let body = scene.add_mesh(triangle, Motion::Rigid)?;
+//! let car = scene.add_node(scene.root(), Affine::IDENTITY)?;
+//! scene.add_instance(car, body, Affine::IDENTITY)?;
+//!
+//! scene.place(car, Affine::from_translation([0.0, 0.0, -5.0]))?; // edit: recorded
+//! let view = scene.commit(); // commit: every tree brought up to date
+//! let hit = view.closest_hit(&Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, -1.0])).unwrap(); // query: from any thread
+//! assert!((hit.t - 5.0).abs() < 1e-5);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The modules stand in the order of their layers; each uses what stands before it only.
+
+pub mod threads;
+mod clock;
+
+pub mod geometry;
+pub mod tree;
+pub mod wide;
+pub mod build;
+pub mod update;
+pub mod traverse;
+pub mod query;
+pub mod scene;
+
+pub use geometry::{Aabb, Affine, Ray};
+pub use query::{Candidate, Coherence, Cull, Hit, Query};
+pub use scene::{
+    EditError, FrameReport, GroupId, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId, MeshReport,
+    MorphTarget, NodeId, Placed, Pose, Positions, Scene, Skin, Snapshot, TopLevelMethod, TopLevelReport,
+};
+pub use threads::{Executor, Threads};
+pub use traverse::Work;
+pub use tree::Bvh;
+pub use update::{Action, Motion, Reason};

@@ -1,0 +1,40 @@
+//! Every hit, near to far.
+
+use std::ops::ControlFlow;
+
+use super::Hit;
+use super::ask::Gather;
+
+/// Keeps all. A triangle that stands in several leaves is met more than once, and reported once.
+pub(crate) struct AllHits {
+    t_max: f32,
+    met: Vec<Hit>,
+}
+
+impl AllHits {
+    pub(crate) fn within(t_max: f32) -> Self {
+        Self { t_max, met: Vec::new() }
+    }
+
+    /// Near to far; at equal distance by (instance, primitive).
+    pub(crate) fn sorted(mut self) -> Vec<Hit> {
+        self.met.sort_unstable_by(|a, b| {
+            let ((t, instance, primitive), (u, other_instance, other_primitive)) = (a.key(), b.key());
+            t.total_cmp(&u).then((instance, primitive).cmp(&(other_instance, other_primitive)))
+        });
+        self.met.dedup_by_key(|hit| hit.key());
+        self.met
+    }
+}
+
+impl Gather for AllHits {
+    #[inline]
+    fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    fn take(&mut self, hit: Hit) -> ControlFlow<()> {
+        self.met.push(hit);
+        ControlFlow::Continue(())
+    }
+}

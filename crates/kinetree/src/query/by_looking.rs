@@ -1,0 +1,40 @@
+//! The slow twin of every question: look at every triangle of every instance. No tree, no box.
+
+use super::ask::{Gather, RayInMesh, Rules};
+use super::{AllHits, Closest, Filter, Hit, Occluded};
+use crate::geometry::Ray;
+use crate::traverse::TwoLevel;
+
+/// Brings every hit of a sane ray to `gather`.
+pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, gather: &mut impl Gather) {
+    for instance in 0..world.instances.len() as u32 {
+        let Some(ray) = RayInMesh::enter(world, ray, instance, rules) else { continue };
+        for primitive in 0..ray.mesh().triangles.len() as u32 {
+            let Some(hit) = ray.hit(primitive, gather.t_max()) else { continue };
+            if gather.take(hit).is_break() {
+                return;
+            }
+        }
+    }
+}
+
+/// The nearest hit.
+pub(crate) fn closest(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>) -> Option<Hit> {
+    let mut closest = Closest::within(ray.t_max);
+    look(world, ray, rules, &mut closest);
+    closest.hit
+}
+
+/// Whether there is any hit.
+pub(crate) fn occluded(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>) -> bool {
+    let mut occluded = Occluded::within(ray.t_max);
+    look(world, ray, rules, &mut occluded);
+    occluded.found
+}
+
+/// Every hit, near to far.
+pub(crate) fn all_hits(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>) -> Vec<Hit> {
+    let mut all = AllHits::within(ray.t_max);
+    look(world, ray, rules, &mut all);
+    all.sorted()
+}

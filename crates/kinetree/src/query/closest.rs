@@ -1,0 +1,34 @@
+//! The nearest hit.
+
+use std::ops::ControlFlow;
+
+use super::Hit;
+use super::ask::Gather;
+
+/// The nearest hit so far; at equal distance the one with the smaller (instance, primitive).
+pub(crate) struct Closest {
+    t_max: f32,
+    pub(crate) hit: Option<Hit>,
+}
+
+impl Closest {
+    pub(crate) fn within(t_max: f32) -> Self {
+        Self { t_max, hit: None }
+    }
+}
+
+impl Gather for Closest {
+    #[inline]
+    fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline]
+    fn take(&mut self, hit: Hit) -> ControlFlow<()> {
+        if self.hit.is_none_or(|best| hit.key() < best.key()) {
+            self.t_max = hit.t;
+            self.hit = Some(hit);
+        }
+        ControlFlow::Continue(())
+    }
+}

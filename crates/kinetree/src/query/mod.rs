@@ -1,0 +1,21 @@
+//! What one can ask a frame: the closest hit, whether there is any, and all of them.
+//!
+//! `by_looking` answers the same questions by looking at every triangle: the slow twin that everything is compared with.
+
+mod all_hits;
+mod ask;
+mod by_looking;
+mod candidate;
+mod closest;
+mod hit;
+mod occluded;
+mod options;
+
+pub use candidate::Candidate;
+pub use hit::Hit;
+pub use options::{ByLooking, Coherence, Cull, Query};
+
+use all_hits::AllHits;
+use candidate::{AskFilter, Filter, NoFilter};
+use closest::Closest;
+use occluded::Occluded;

@@ -1,0 +1,31 @@
+//! Is there anything between a point and a light?
+
+use std::ops::ControlFlow;
+
+use super::Hit;
+use super::ask::Gather;
+
+/// Ends at the first hit.
+pub(crate) struct Occluded {
+    t_max: f32,
+    pub(crate) found: bool,
+}
+
+impl Occluded {
+    pub(crate) fn within(t_max: f32) -> Self {
+        Self { t_max, found: false }
+    }
+}
+
+impl Gather for Occluded {
+    #[inline]
+    fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline]
+    fn take(&mut self, _: Hit) -> ControlFlow<()> {
+        self.found = true;
+        ControlFlow::Break(())
+    }
+}

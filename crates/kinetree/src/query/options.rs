@@ -1,0 +1,160 @@
+//! What belongs to a question besides the ray.
+
+use super::ask::{Gather, Rules, ask};
+use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, by_looking};
+use crate::geometry::Ray;
+use crate::traverse::{Tally, TwoLevel, Work};
+
+/// Which sides of triangles do not count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Cull {
+    /// Both sides count.
+    #[default]
+    None,
+    /// Only sides from which the vertices run counter-clockwise count.
+    Back,
+    /// Only sides from which the vertices run clockwise count.
+    Front,
+}
+
+/// What the caller knows about the rays of a batch. It changes the speed, never the answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coherence {
+    /// Neighbours start and go nearly alike, such as the rays of a camera, tile by tile.
+    Coherent,
+    /// Neighbours have nothing in common.
+    Incoherent,
+    /// Nobody knows.
+    #[default]
+    Unknown,
+}
+
+/// A question with options, from [`Snapshot::query`](crate::Snapshot::query).
+#[derive(Clone, Copy)]
+pub struct Query<'a> {
+    world: &'a TwoLevel,
+    mask: u32,
+    cull: Cull,
+    filter: Option<&'a dyn Fn(&Candidate<'_>) -> bool>,
+}
+
+impl<'a> Query<'a> {
+    pub(crate) fn new(world: &'a TwoLevel) -> Self {
+        Self { world, mask: u32::MAX, cull: Cull::None, filter: None }
+    }
+
+    /// Only instances whose mask shares a bit with this one. All, unless told.
+    #[must_use]
+    pub fn mask(self, mask: u32) -> Self {
+        Self { mask, ..self }
+    }
+
+    /// Which sides of triangles do not count. Both count, unless told.
+    #[must_use]
+    pub fn cull(self, cull: Cull) -> Self {
+        Self { cull, ..self }
+    }
+
+    /// Decides about hits on instances that are not opaque: leaves and fences with holes in them. It has to give the same answer whenever
+    /// it is asked about the same candidate, because it may be asked more than once, and in any order.
+    #[must_use]
+    pub fn filter(self, filter: &'a dyn Fn(&Candidate<'_>) -> bool) -> Self {
+        Self { filter: Some(filter), ..self }
+    }
+
+    /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.closest(ray, &mut ())
+    }
+
+    /// The same, and how much work it was.
+    pub fn closest_hit_counted(&self, ray: &Ray, work: &mut Work) -> Option<Hit> {
+        self.closest(ray, work)
+    }
+
+    /// Whether anything is hit.
+    #[doc(alias = "any-hit")]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.any(ray, &mut ())
+    }
+
+    /// The same, and how much work it was.
+    pub fn occluded_counted(&self, ray: &Ray, work: &mut Work) -> bool {
+        self.any(ray, work)
+    }
+
+    /// Every hit once, near to far.
+    pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
+        self.all(ray, &mut ())
+    }
+
+    /// The same, and how much work it was.
+    pub fn all_hits_counted(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
+        self.all(ray, work)
+    }
+
+    /// The slow twin: the same questions, answered by looking at every triangle.
+    pub fn by_looking(self) -> ByLooking<'a> {
+        ByLooking(self)
+    }
+
+    fn rules<F: Filter>(&self, filter: F) -> Rules<F> {
+        Rules { mask: self.mask, cull: self.cull, filter }
+    }
+
+    /// The one place where the two kinds of filter part.
+    fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T, within: impl FnOnce(f32) -> G) -> Option<G> {
+        let ray = ray.sane()?;
+        let mut gather = within(ray.t_max);
+        match self.filter {
+            None => ask(self.world, &ray, self.rules(NoFilter), &mut gather, tally),
+            Some(filter) => ask(self.world, &ray, self.rules(AskFilter(filter)), &mut gather, tally),
+        }
+        Some(gather)
+    }
+
+    fn closest<T: Tally>(&self, ray: &Ray, tally: &mut T) -> Option<Hit> {
+        self.gather(ray, tally, Closest::within)?.hit
+    }
+
+    fn any<T: Tally>(&self, ray: &Ray, tally: &mut T) -> bool {
+        self.gather(ray, tally, Occluded::within).is_some_and(|occluded| occluded.found)
+    }
+
+    fn all<T: Tally>(&self, ray: &Ray, tally: &mut T) -> Vec<Hit> {
+        self.gather(ray, tally, AllHits::within).map_or_else(Vec::new, AllHits::sorted)
+    }
+}
+
+/// The questions of a [`Query`], answered without any tree. Slow, and short enough to be believed: for tests.
+#[derive(Clone, Copy)]
+pub struct ByLooking<'a>(Query<'a>);
+
+impl ByLooking<'_> {
+    /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let ray = ray.sane()?;
+        match self.0.filter {
+            None => by_looking::closest(self.0.world, &ray, self.0.rules(NoFilter)),
+            Some(filter) => by_looking::closest(self.0.world, &ray, self.0.rules(AskFilter(filter))),
+        }
+    }
+
+    /// Whether anything is hit.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let Some(ray) = ray.sane() else { return false };
+        match self.0.filter {
+            None => by_looking::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
+            Some(filter) => by_looking::occluded(self.0.world, &ray, self.0.rules(AskFilter(filter))),
+        }
+    }
+
+    /// Every hit once, near to far.
+    pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
+        let Some(ray) = ray.sane() else { return Vec::new() };
+        match self.0.filter {
+            None => by_looking::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
+            Some(filter) => by_looking::all_hits(self.0.world, &ray, self.0.rules(AskFilter(filter))),
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Bringing every tree up to date, and taking a snapshot.
+
+use std::sync::Arc;
+
+use super::edit::Scene;
+use super::frame::{Frame, PlacedInstance};
+use super::handle::MeshId;
+use super::living_mesh::LivingMesh;
+use super::report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
+use super::ring::Ring;
+use super::snapshot::Snapshot;
+use super::top_level;
+use crate::clock::Clock;
+use crate::geometry::Aabb;
+use crate::traverse::Posed;
+use crate::wide::InstanceRecord;
+
+/// What a scene keeps from commit to commit.
+#[derive(Debug, Default)]
+pub(crate) struct Kept {
+    frames: Ring<Frame>,
+    count: u64,
+    /// Stands in for a mesh that was removed.
+    nothing: Arc<Posed>,
+}
+
+impl Scene {
+    /// Carries out what was edited: meshes are kept, refitted or rebuilt as their [`Motion`](crate::Motion) and their drift ask for, then the
+    /// tree over all instances is made. Deciding by counts alone: the same edits give the same trees.
+    ///
+    /// The snapshot stays what it is, whatever is edited or committed later, and outlives the scene if need be.
+    pub fn commit(&mut self) -> Snapshot {
+        let clock = Clock::start();
+        // Frames that nobody holds any more let go of their meshes first, so that those can be written again.
+        self.kept.frames.for_each_free(Frame::release_meshes);
+        let (mut frame, new_frame) = self.kept.frames.claim();
+        self.kept.count += 1;
+
+        let meshes = self.commit_meshes();
+        let mesh_time = clock.elapsed();
+
+        let top_clock = Clock::start();
+        let left_out = self.place_instances(&mut frame);
+        let method = self.combine(&mut frame);
+        let top_level = TopLevelReport {
+            method,
+            instances: frame.world.top.primitive_count(),
+            cost: frame.world.top.cost(1.0, 1.0),
+            time: top_clock.elapsed(),
+        };
+        frame.report = FrameReport {
+            frame: self.kept.count,
+            allocated: usize::from(new_frame) + meshes.iter().filter(|mesh| mesh.allocated).count(),
+            meshes,
+            top_level,
+            left_out,
+            memory: self.meshes.iter().map(|(_, mesh)| mesh.memory()).sum::<usize>() + frame.memory(),
+            mesh_time,
+            total_time: clock.elapsed(),
+        };
+        Snapshot::of(self.kept.frames.publish(frame).clone())
+    }
+
+    fn commit_meshes(&mut self) -> Vec<MeshReport> {
+        let threads = self.threads.clone();
+        for (_, mesh) in self.meshes.iter() {
+            mesh.prepare_first_build(&threads);
+        }
+        let handles: Vec<MeshId> = self.meshes.iter().map(|(slot, _)| self.meshes.handle_of(slot).into()).collect();
+        let mut work: Vec<(MeshId, &mut LivingMesh, Option<MeshReport>)> =
+            handles.into_iter().zip(self.meshes.iter_mut()).map(|(id, (_, mesh))| (id, mesh, None)).collect();
+        threads.for_each(&mut work, 1, &|_, (id, mesh, report)| *report = Some(mesh.commit(*id, &threads)));
+        work.into_iter().filter_map(|(_, _, report)| report).collect()
+    }
+
+    /// Fills instance records and world boxes; says who was left out.
+    fn place_instances(&mut self, frame: &mut Frame) -> Vec<super::InstanceId> {
+        let resolved = self.resolved();
+        frame.placed.clear();
+        frame.boxes.clear();
+        frame.world.instances.clear();
+        frame.world.meshes.clear();
+        frame.world.meshes.resize(self.meshes.end(), self.kept.nothing.clone());
+        for (slot, mesh) in self.meshes.iter() {
+            if let Some(posed) = mesh.current() {
+                frame.world.meshes[slot as usize] = posed.clone();
+            }
+        }
+        let mut left_out = Vec::new();
+        let handles: Vec<_> = self.instances.iter().map(|(slot, _)| self.instances.handle_of(slot)).collect();
+        for (handle, (_, instance)) in handles.into_iter().zip(self.instances.iter_mut()) {
+            let (Some(node), Ok(mesh)) = (self.nodes.at(instance.node), self.meshes.get(instance.mesh)) else {
+                continue;
+            };
+            if node.in_group {
+                continue;
+            }
+            let placement = resolved[instance.node as usize].then(&instance.placement);
+            let world_from_object = placement.transform;
+            // Inverses are kept while nothing moves.
+            let inverse = match instance.inverted {
+                Some((of, inverse)) if of == world_from_object => inverse,
+                _ => world_from_object.is_finite().then(|| world_from_object.inverse()).flatten(),
+            };
+            instance.inverted = Some((world_from_object, inverse));
+            let mesh_at = instance.mesh.slot;
+            let tree = &frame.world.meshes[mesh_at as usize].bvh;
+            let Some((object_from_world, bounds)) = inverse
+                .map(|inverse| (inverse, top_level::world_box(tree, &world_from_object, &inverse)))
+                .filter(|(_, bounds)| bounds.is_empty() || bounds.is_finite())
+            else {
+                left_out.push(handle.into());
+                continue;
+            };
+            frame.world.instances.push(InstanceRecord {
+                object_from_world,
+                mesh: mesh_at,
+                mask: placement.mask,
+                user_id: placement.user_id.unwrap_or(0),
+                opaque: instance.opaque,
+            });
+            frame.boxes.push(bounds);
+            frame.placed.push(PlacedInstance {
+                id: handle.into(),
+                mesh: instance.mesh.into(),
+                motion: mesh.motion,
+                world_from_object,
+            });
+        }
+        left_out
+    }
+
+    /// The tree over the instances: that of the last frame if no box has moved.
+    fn combine(&self, frame: &mut Frame) -> TopLevelMethod {
+        if let Some(last) = self.kept.frames.current()
+            && last.boxes == frame.boxes
+        {
+            frame.world.top.copy_from(&last.world.top);
+            return TopLevelMethod::Kept;
+        }
+        let (top, method) = top_level::build(&frame.boxes, &self.threads);
+        frame.world.top = top;
+        method
+    }
+}
+
+impl Frame {
+    fn memory(&self) -> usize {
+        self.world.top.memory()
+            + self.world.instances.capacity() * size_of::<InstanceRecord>()
+            + self.placed.capacity() * size_of::<PlacedInstance>()
+            + self.boxes.capacity() * size_of::<Aabb>()
+    }
+}

@@ -1,0 +1,311 @@
+//! Edits: recorded, checked at once, and carried out by the next commit.
+
+use super::commit::Kept;
+use super::graph::{Instance, Node, Placed, Placement, resolve};
+use super::handle::{GroupId, InstanceId, MeshId, NodeId};
+use super::input::check_finite;
+use super::living_mesh::LivingMesh;
+use super::pose::{KeptPose, Pose};
+use super::slots::{Slots, fresh_scene_number};
+use super::{EditError, Indices, Mesh, Positions};
+use crate::geometry::Affine;
+use crate::threads::Threads;
+use crate::update::Motion;
+
+/// Meshes, and where they stand.
+///
+/// Every edit either succeeds or leaves the scene as it was. No edit is seen by a snapshot that was taken before.
+#[derive(Debug)]
+pub struct Scene {
+    pub(crate) meshes: Slots<LivingMesh>,
+    pub(crate) nodes: Slots<Node>,
+    pub(crate) instances: Slots<Instance>,
+    groups: Slots<NodeId>,
+    root: NodeId,
+    pub(crate) threads: Threads,
+    pub(crate) kept: Kept,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Scene {
+    /// An empty scene, which shares its work between all threads.
+    pub fn new() -> Self {
+        Self::with_threads(Threads::default())
+    }
+
+    /// An empty scene, with a say in where commits run.
+    pub fn with_threads(threads: Threads) -> Self {
+        let number = fresh_scene_number();
+        let mut nodes = Slots::new(number);
+        let root = nodes.insert(Node::root(false)).expect("an empty scene has room for its root");
+        Self {
+            meshes: Slots::new(number),
+            nodes,
+            instances: Slots::new(number),
+            groups: Slots::new(number),
+            root: root.into(),
+            threads,
+            kept: Kept::default(),
+        }
+    }
+
+    /// The node that everything hangs on. It cannot be moved.
+    pub fn root(&self) -> NodeId {
+        self.root
+    }
+
+    /// Adds a mesh, which is seen where it is instanced.
+    ///
+    /// # Errors
+    /// The scene is full.
+    #[doc(alias = "BLAS")]
+    pub fn add_mesh(&mut self, mesh: Mesh, motion: Motion) -> Result<MeshId, EditError> {
+        Ok(self.meshes.insert(LivingMesh::new(mesh, motion))?.into())
+    }
+
+    /// Adds a node below another.
+    ///
+    /// # Errors
+    /// A stale or foreign parent; a transform that is not finite.
+    pub fn add_node(&mut self, parent: NodeId, parent_from_node: Affine) -> Result<NodeId, EditError> {
+        check_transform(&parent_from_node)?;
+        let in_group = self.nodes.get(parent.0)?.in_group;
+        let placement = Placement::at(parent_from_node);
+        let node = Node { placement, parent: Some(parent.0.slot), ..Node::root(in_group) };
+        let id = self.nodes.insert(node)?;
+        self.nodes.get_mut(parent.0)?.children.push(id.slot);
+        Ok(id.into())
+    }
+
+    /// Shows a mesh at a node.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; a transform that is not finite.
+    pub fn add_instance(
+        &mut self,
+        node: NodeId,
+        mesh: MeshId,
+        node_from_instance: Affine,
+    ) -> Result<InstanceId, EditError> {
+        check_transform(&node_from_instance)?;
+        self.nodes.get(node.0)?;
+        self.meshes.get(mesh.0)?;
+        let placement = Placement::at(node_from_instance);
+        let instance = Instance { placement, node: node.0.slot, mesh: mesh.0, opaque: false, inverted: None };
+        let id = self.instances.insert(instance)?;
+        self.nodes.get_mut(node.0)?.instances.push(id.slot);
+        self.meshes.get_mut(mesh.0)?.instances += 1;
+        Ok(id.into())
+    }
+
+    /// Adds a group: nodes and instances of meshes below a root of their own, to be instanced together.
+    ///
+    /// # Errors
+    /// The scene is full.
+    pub fn add_group(&mut self) -> Result<GroupId, EditError> {
+        let root = self.nodes.insert(Node::root(true))?;
+        Ok(self.groups.insert(root.into())?.into())
+    }
+
+    /// The node that everything in a group hangs on.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn group_root(&self, group: GroupId) -> Result<NodeId, EditError> {
+        self.groups.get(group.0).copied()
+    }
+
+    /// Shows a group at a node.
+    ///
+    /// # Errors
+    /// Always [`EditError::GroupsNotYet`] (or a bad handle): instances of groups come with the eight-way tree.
+    pub fn instance_group(
+        &mut self,
+        node: NodeId,
+        group: GroupId,
+        node_from_instance: Affine,
+    ) -> Result<InstanceId, EditError> {
+        check_transform(&node_from_instance)?;
+        self.nodes.get(node.0)?;
+        self.groups.get(group.0)?;
+        Err(EditError::GroupsNotYet)
+    }
+
+    /// Moves a node in its parent, or an instance in its node.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; a transform that is not finite; the root, or the root of a group.
+    pub fn place(&mut self, what: impl Into<Placed>, transform: Affine) -> Result<(), EditError> {
+        check_transform(&transform)?;
+        let what = what.into();
+        if let Placed::Node(node) = what
+            && self.nodes.get(node.0)?.parent.is_none()
+        {
+            return Err(EditError::Root);
+        }
+        self.placement(what)?.transform = transform;
+        Ok(())
+    }
+
+    /// Queries see an instance when their mask shares a bit with its own and with those of all nodes above.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn set_mask(&mut self, what: impl Into<Placed>, mask: u32) -> Result<(), EditError> {
+        self.placement(what.into())?.mask = mask;
+        Ok(())
+    }
+
+    /// A number of the caller's own, which hits give back. An instance without one has that of the nearest node above; else 0.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn set_user_id(&mut self, what: impl Into<Placed>, user_id: u32) -> Result<(), EditError> {
+        self.placement(what.into())?.user_id = Some(user_id);
+        Ok(())
+    }
+
+    /// Filters are not asked about an opaque instance. Instances are not opaque, unless told.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn set_opaque(&mut self, instance: InstanceId, opaque: bool) -> Result<(), EditError> {
+        self.instances.get_mut(instance.0)?.opaque = opaque;
+        Ok(())
+    }
+
+    /// The same triangles, other places. Normals stay, until [`Scene::set_normals`].
+    ///
+    /// # Errors
+    /// A stale or foreign handle; another number of positions; a position that is not finite.
+    pub fn set_positions<'a>(&mut self, mesh: MeshId, positions: impl Into<Positions<'a>>) -> Result<(), EditError> {
+        let mesh = self.meshes.get_mut(mesh.0)?;
+        let positions = positions.into().to_vec()?;
+        check_count(mesh, positions.len())?;
+        mesh.set_positions(positions);
+        Ok(())
+    }
+
+    /// Other normals, one per vertex.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; another number of normals than of vertices; a normal that is not finite.
+    pub fn set_normals(&mut self, mesh: MeshId, normals: &[[f32; 3]]) -> Result<(), EditError> {
+        let mesh = self.meshes.get_mut(mesh.0)?;
+        check_count(mesh, normals.len())?;
+        check_finite(normals)?;
+        mesh.set_normals(normals.to_vec());
+        Ok(())
+    }
+
+    /// Other triangles, none at all if you like. Normals, skin and morph targets of the old ones go with them.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; what [`Mesh::new`] refuses.
+    pub fn set_triangles<'a>(
+        &mut self,
+        mesh: MeshId,
+        positions: impl Into<Positions<'a>>,
+        indices: impl Into<Indices<'a>>,
+    ) -> Result<(), EditError> {
+        let mesh = self.meshes.get_mut(mesh.0)?;
+        mesh.replace(Mesh::new(positions, indices)?);
+        Ok(())
+    }
+
+    /// Bends a mesh by its morph targets and its skin, from its rest pose.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; a pose that does not fit the mesh or is not finite.
+    pub fn pose(&mut self, mesh: MeshId, pose: &Pose<'_>) -> Result<(), EditError> {
+        let mesh = self.meshes.get_mut(mesh.0)?;
+        let pose = KeptPose::new(pose, mesh.data())?;
+        mesh.pose(pose);
+        Ok(())
+    }
+
+    /// Removes a mesh without instances.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; the mesh is in use.
+    pub fn remove_mesh(&mut self, mesh: MeshId) -> Result<(), EditError> {
+        match self.meshes.get(mesh.0)?.instances {
+            0 => self.meshes.remove(mesh.0).map(drop),
+            instances => Err(EditError::MeshInUse { instances }),
+        }
+    }
+
+    /// Removes an instance.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn remove_instance(&mut self, instance: InstanceId) -> Result<(), EditError> {
+        let removed = self.instances.remove(instance.0)?;
+        if let Some(node) = self.nodes.at_mut(removed.node) {
+            node.instances.retain(|&slot| slot != instance.0.slot);
+        }
+        self.meshes.get_mut(removed.mesh)?.instances -= 1;
+        Ok(())
+    }
+
+    /// Removes a node with all that hangs on it. Meshes stay.
+    ///
+    /// # Errors
+    /// A stale or foreign handle; the root, or the root of a group.
+    pub fn remove_node(&mut self, node: NodeId) -> Result<(), EditError> {
+        let parent = self.nodes.get(node.0)?.parent.ok_or(EditError::Root)?;
+        if let Some(parent) = self.nodes.at_mut(parent) {
+            parent.children.retain(|&slot| slot != node.0.slot);
+        }
+        let mut open = vec![node.0.slot];
+        while let Some(node) = open.pop().and_then(|slot| self.nodes.remove_at(slot)) {
+            open.extend(&node.children);
+            for slot in node.instances {
+                if let Some(instance) = self.instances.remove_at(slot) {
+                    self.meshes.get_mut(instance.mesh)?.instances -= 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Where a node stands now, edits since the last commit included. Of a node in a group: in the space of the group.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn world_from_node(&self, node: NodeId) -> Result<Affine, EditError> {
+        let mut at = self.nodes.get(node.0)?;
+        let mut path = vec![at.placement.transform];
+        while let Some(parent) = at.parent.and_then(|slot| self.nodes.at(slot)) {
+            at = parent;
+            path.push(at.placement.transform);
+        }
+        // From the root down, as a commit does it, so that both round alike.
+        Ok(path.into_iter().rev().reduce(|outer, inner| outer * inner).unwrap_or_default())
+    }
+
+    pub(crate) fn resolved(&self) -> Vec<Placement> {
+        resolve(&self.nodes)
+    }
+
+    fn placement(&mut self, what: Placed) -> Result<&mut Placement, EditError> {
+        match what {
+            Placed::Node(node) => Ok(&mut self.nodes.get_mut(node.0)?.placement),
+            Placed::Instance(instance) => Ok(&mut self.instances.get_mut(instance.0)?.placement),
+        }
+    }
+}
+
+fn check_transform(transform: &Affine) -> Result<(), EditError> {
+    if transform.is_finite() { Ok(()) } else { Err(EditError::NonFinite { at: 0 }) }
+}
+
+fn check_count(mesh: &LivingMesh, found: usize) -> Result<(), EditError> {
+    let expected = mesh.data().positions.len();
+    if found == expected { Ok(()) } else { Err(EditError::PositionCountChanged { expected, found }) }
+}

@@ -1,0 +1,115 @@
+//! What an edit can have against it. After an error, the scene is as it was.
+
+use thiserror::Error;
+
+/// What is wrong with a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {triangle} uses vertex {index}, but there are {vertices} vertices")]
+    IndexOutOfRange {
+        /// The first such triangle.
+        triangle: usize,
+        /// The vertex it names.
+        index: u32,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// A list of indices that does not end with a whole triangle.
+    #[error("{count} indices do not make whole triangles")]
+    NotWholeTriangles {
+        /// How many indices.
+        count: usize,
+    },
+    /// A number that is infinite or none.
+    #[error("vertex {at} is not finite")]
+    NonFinite {
+        /// The first such vertex.
+        at: usize,
+    },
+    /// One entry per vertex was expected.
+    #[error("there are {expected} vertices, but {found} {what}")]
+    CountDiffers {
+        /// Of what.
+        what: &'static str,
+        /// Vertices.
+        expected: usize,
+        /// Entries.
+        found: usize,
+    },
+    /// More than 2^27 triangles or 2^32 - 1 vertices.
+    #[error("{count} {what} are too many")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many.
+        count: usize,
+    },
+    /// Vertices that lie beyond the end of the buffer.
+    #[error("a stride of {stride} bytes from byte {offset} on does not give {count} positions in {bytes} bytes")]
+    StrideOutOfRange {
+        /// Bytes from one vertex to the next.
+        stride: usize,
+        /// Byte of the first vertex.
+        offset: usize,
+        /// How many vertices.
+        count: usize,
+        /// How many bytes there are.
+        bytes: usize,
+    },
+}
+
+/// Why a scene refused an edit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// Something is wrong with the mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// What the handle named has been removed.
+    #[error("the handle is stale: what it named has been removed")]
+    StaleHandle,
+    /// The handle belongs to another scene.
+    #[error("the handle belongs to another scene")]
+    OtherScene,
+    /// Positions can only be replaced by as many.
+    #[error("the mesh has {expected} vertices, but {found} were given; other triangles go through set_triangles")]
+    PositionCountChanged {
+        /// Vertices of the mesh.
+        expected: usize,
+        /// Positions or normals given.
+        found: usize,
+    },
+    /// A transform or a pose with a number that is infinite or none.
+    #[error("number {at} of the transform or pose is not finite")]
+    NonFinite {
+        /// The first such joint, weight, vertex; 0 for a transform.
+        at: usize,
+    },
+    /// The mesh still has instances.
+    #[error("the mesh has {instances} instances; remove those first")]
+    MeshInUse {
+        /// How many.
+        instances: usize,
+    },
+    /// The root cannot be removed or moved.
+    #[error("the root stays where it is; place its children")]
+    Root,
+    /// A pose for other morph targets or joints than the mesh has.
+    #[error("the mesh has {expected} {what}, but the pose has {found}")]
+    PoseDiffers {
+        /// Of what.
+        what: &'static str,
+        /// Of the mesh.
+        expected: usize,
+        /// Of the pose.
+        found: usize,
+    },
+    /// A node of a group was used where one of the world was meant, or the other way round.
+    #[error("instances of groups are not supported yet; instance the group's meshes one by one")]
+    GroupsNotYet,
+    /// More than 2^27 instances or 2^32 - 1 handles.
+    #[error("the scene is full")]
+    SceneFull,
+}

@@ -1,0 +1,99 @@
+//! The hierarchy: nodes within nodes, and the instances that hang on them.
+
+use super::handle::{Handle, InstanceId, NodeId};
+use super::slots::Slots;
+use crate::geometry::Affine;
+
+/// What can be placed, masked and numbered: a node (in its parent) or an instance (in its node).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Placed {
+    /// A node.
+    Node(NodeId),
+    /// An instance.
+    Instance(InstanceId),
+}
+
+impl From<NodeId> for Placed {
+    fn from(id: NodeId) -> Self {
+        Self::Node(id)
+    }
+}
+
+impl From<InstanceId> for Placed {
+    fn from(id: InstanceId) -> Self {
+        Self::Instance(id)
+    }
+}
+
+/// What nodes and instances have in common.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placement {
+    /// Parent from node, or node from instance.
+    pub(crate) transform: Affine,
+    pub(crate) mask: u32,
+    /// Of the nearest node above that has one, if this is `None`.
+    pub(crate) user_id: Option<u32>,
+}
+
+impl Placement {
+    pub(crate) fn at(transform: Affine) -> Self {
+        Self { transform, mask: u32::MAX, user_id: None }
+    }
+
+    /// What is placed in this, as seen from where this is placed.
+    pub(crate) fn then(&self, inner: &Self) -> Self {
+        Self {
+            transform: self.transform * inner.transform,
+            mask: self.mask & inner.mask,
+            user_id: inner.user_id.or(self.user_id),
+        }
+    }
+}
+
+#[derive(Debug)]
+pub(crate) struct Node {
+    pub(crate) placement: Placement,
+    /// `None` for a root.
+    pub(crate) parent: Option<u32>,
+    pub(crate) children: Vec<u32>,
+    pub(crate) instances: Vec<u32>,
+    /// Under the root of a group.
+    pub(crate) in_group: bool,
+}
+
+impl Node {
+    pub(crate) fn root(in_group: bool) -> Self {
+        Self {
+            placement: Placement::at(Affine::IDENTITY),
+            parent: None,
+            children: Vec::new(),
+            instances: Vec::new(),
+            in_group,
+        }
+    }
+}
+
+#[derive(Debug)]
+pub(crate) struct Instance {
+    pub(crate) placement: Placement,
+    pub(crate) node: u32,
+    pub(crate) mesh: Handle,
+    pub(crate) opaque: bool,
+    /// The placement that the inverse belongs to.
+    pub(crate) inverted: Option<(Affine, Option<Affine>)>,
+}
+
+/// Where every node stands in its root's space, by slot. Parents before children, without recursion: chains may be long.
+pub(crate) fn resolve(nodes: &Slots<Node>) -> Vec<Placement> {
+    let mut resolved = vec![Placement::at(Affine::IDENTITY); nodes.end()];
+    let mut open: Vec<u32> = nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(slot, _)| slot).collect();
+    while let Some(slot) = open.pop() {
+        let node = nodes.at(slot).expect("a child is removed together with its place among the children");
+        resolved[slot as usize] = match node.parent {
+            Some(parent) => resolved[parent as usize].then(&node.placement),
+            None => node.placement,
+        };
+        open.extend(&node.children);
+    }
+    resolved
+}

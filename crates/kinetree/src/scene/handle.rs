@@ -1,0 +1,34 @@
+//! Names for things in a scene that notice when the thing is gone.
+
+/// Which thing, of which scene, and which of those that stood in its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Handle {
+    pub(crate) slot: u32,
+    pub(crate) generation: u32,
+    pub(crate) scene: u32,
+}
+
+macro_rules! handles {
+    ($($(#[$doc:meta])* $name:ident)*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub(crate) Handle);
+
+        impl From<Handle> for $name {
+            fn from(handle: Handle) -> Self {
+                Self(handle)
+            }
+        }
+    )*};
+}
+
+handles! {
+    /// A mesh of a scene.
+    MeshId
+    /// A node of a scene.
+    NodeId
+    /// An instance of a mesh in a scene.
+    InstanceId
+    /// A group of a scene.
+    GroupId
+}

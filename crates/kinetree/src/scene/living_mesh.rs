@@ -1,0 +1,216 @@
+//! A mesh in a scene: its edits since the last commit, its buffers, and how its tree is kept.
+
+use std::sync::Arc;
+
+use super::Mesh;
+use super::handle::MeshId;
+use super::mesh::MeshData;
+use super::pose::KeptPose;
+use super::report::MeshReport;
+use super::ring::Ring;
+use crate::build::{BuildOptions, binned};
+use crate::clock::Clock;
+use crate::geometry::Triangles;
+use crate::threads::Threads;
+use crate::traverse::Posed;
+use crate::tree::Bvh;
+use crate::update::{Action, BuildCost, Candidate, Edit, Motion, Reason, decide, has_rotted, refit};
+
+#[derive(Debug)]
+pub(crate) struct LivingMesh {
+    mesh: Mesh,
+    pub(crate) motion: Motion,
+    /// How many instances there are.
+    pub(crate) instances: usize,
+    edit: Edit,
+    shape: Shape,
+    normals: Option<Vec<[f32; 3]>>,
+    ring: Ring<Posed>,
+    build_cost: BuildCost,
+    drift: f32,
+}
+
+/// Where the vertices go with the next commit.
+#[derive(Debug)]
+enum Shape {
+    /// They stay.
+    Kept,
+    Given(Vec<[f32; 3]>),
+    Posed(KeptPose),
+}
+
+impl LivingMesh {
+    pub(crate) fn new(mesh: Mesh, motion: Motion) -> Self {
+        Self {
+            mesh,
+            motion,
+            instances: 0,
+            edit: Edit::Triangles,
+            shape: Shape::Kept,
+            normals: None,
+            ring: Ring::default(),
+            build_cost: BuildCost::of(&Bvh::default()),
+            drift: 1.0,
+        }
+    }
+
+    pub(crate) fn data(&self) -> &Arc<MeshData> {
+        self.mesh.data()
+    }
+
+    pub(crate) fn set_positions(&mut self, positions: Vec<[f32; 3]>) {
+        self.shape = Shape::Given(positions);
+        self.edit = self.edit.or_positions();
+    }
+
+    pub(crate) fn set_normals(&mut self, normals: Vec<[f32; 3]>) {
+        self.normals = Some(normals);
+        self.edit = self.edit.or_positions();
+    }
+
+    pub(crate) fn pose(&mut self, pose: KeptPose) {
+        self.shape = Shape::Posed(pose);
+        self.edit = self.edit.or_positions();
+    }
+
+    pub(crate) fn replace(&mut self, mesh: Mesh) {
+        self.mesh = mesh;
+        self.shape = Shape::Kept;
+        self.normals = None;
+        self.edit = Edit::Triangles;
+    }
+
+    /// As of the last commit.
+    pub(crate) fn current(&self) -> Option<&Arc<Posed>> {
+        self.ring.current()
+    }
+
+    /// Bytes held, those of buffers that wait for their snapshots included.
+    pub(crate) fn memory(&self) -> usize {
+        let of = |posed: &Posed| {
+            posed.bvh.memory() + posed.triangles.memory() + posed.normals.capacity() * size_of::<[f32; 3]>()
+        };
+        self.ring.buffers().map(of).sum()
+    }
+
+    /// Clones of a mesh that bend share the tree of the rest pose; it is built here, before they are brought up to date side by side.
+    pub(crate) fn prepare_first_build(&self, threads: &Threads) {
+        let data = self.data();
+        if self.shares_first_build() && data.first_build.get().is_none() {
+            let rest = Triangles::new(data.positions.clone(), data.triangles.clone());
+            let rest = rest.expect("a mesh has only indices in range");
+            // Another scene may have been faster; the trees are the same.
+            let _ = data.first_build.set(grow(&rest, threads));
+        }
+    }
+
+    fn shares_first_build(&self) -> bool {
+        let posed = matches!(self.shape, Shape::Posed(_)) && self.motion == Motion::Deforming;
+        posed && self.ring.current().is_none() && Arc::strong_count(self.data()) > 1
+    }
+
+    /// Brings positions, normals and tree up to date, in a buffer that no snapshot holds.
+    pub(crate) fn commit(&mut self, id: MeshId, threads: &Threads) -> MeshReport {
+        let clock = Clock::start();
+        let has_tree = self.ring.current().is_some();
+        let (action, reason) = decide(&Candidate { motion: self.motion, edit: self.edit, has_tree });
+        let mut report = MeshReport {
+            mesh: id,
+            action,
+            reason,
+            triangles: self.data().triangles.len(),
+            drift: self.drift,
+            allocated: false,
+            pose_time: None,
+            tree_time: None,
+        };
+        if action == Action::Kept {
+            return report;
+        }
+        let shares_first_build = self.shares_first_build();
+        let (mut spare, allocated) = self.ring.claim();
+        report.allocated = allocated;
+        if !self.shape_into(&mut spare, threads) {
+            report.reason = Reason::PoseNotFinite;
+            if has_tree {
+                report.action = Action::Kept;
+                return report;
+            }
+        }
+        report.pose_time = clock.elapsed();
+        let clock = Clock::start();
+        let first_build = self.mesh.data().first_build.get().filter(|_| shares_first_build);
+        let from = match action {
+            Action::Refitted => self.ring.current().map(|current| &current.bvh),
+            Action::Built => first_build,
+            _ => None,
+        };
+        if let Some(from) = from {
+            if action == Action::Built {
+                self.build_cost = BuildCost::of(from);
+            }
+            let Posed { bvh, triangles, .. } = &mut spare;
+            refit(from, bvh, |triangle| triangles.bounds_of(triangle), threads);
+            self.drift = self.build_cost.drift(&spare.bvh);
+            if has_rotted(self.drift) {
+                (report.action, report.reason) = (Action::Rebuilt, Reason::Drifted);
+            }
+        }
+        if from.is_none() || report.reason == Reason::Drifted {
+            spare.bvh = grow(&spare.triangles, threads);
+            self.build_cost = BuildCost::of(&spare.bvh);
+            self.drift = 1.0;
+        }
+        report.drift = self.drift;
+        report.tree_time = clock.elapsed();
+        self.ring.publish(spare);
+        report
+    }
+
+    /// Writes triangles, positions and normals. `false` when a pose went beyond all numbers and the vertices stayed at rest.
+    fn shape_into(&mut self, spare: &mut Posed, threads: &Threads) -> bool {
+        let data = self.mesh.data();
+        let current = self.ring.current().filter(|_| self.edit != Edit::Triangles);
+        self.edit = Edit::Nothing;
+        let fits = Arc::ptr_eq(spare.triangles.shared_indices(), &data.triangles)
+            && spare.triangles.positions().len() == data.positions.len();
+        if !fits {
+            let triangles = Triangles::new(data.positions.clone(), data.triangles.clone());
+            spare.triangles = triangles.expect("a mesh has only indices in range");
+        }
+        spare.normals.clear();
+        spare.normals.extend_from_slice(current.map_or(&data.normals, |current| &current.normals));
+        let rest = current.map_or(&data.positions[..], |current| current.triangles.positions());
+        let mut finite = true;
+        match std::mem::replace(&mut self.shape, Shape::Kept) {
+            Shape::Kept => spare.triangles.positions_mut().copy_from_slice(rest),
+            Shape::Given(mut positions) => spare.triangles.swap_positions(&mut positions),
+            Shape::Posed(pose) => {
+                // Of a mesh whose normals were set by hand, the pose bends the original ones all the same.
+                spare.normals.clone_from(&data.normals);
+                pose.bend(data, spare.triangles.positions_mut(), &mut spare.normals, threads);
+                finite = spare.triangles.positions().iter().all(|position| crate::geometry::is_finite(*position));
+                if !finite {
+                    spare.triangles.positions_mut().copy_from_slice(&data.positions);
+                    spare.normals.clone_from(&data.normals);
+                }
+            }
+        }
+        if let Some(normals) = self.normals.take() {
+            spare.normals = normals;
+        }
+        finite
+    }
+}
+
+fn grow(triangles: &Triangles, threads: &Threads) -> Bvh {
+    let options = BuildOptions { threads: threads.clone(), ..BuildOptions::default() };
+    binned(triangles.len(), |triangle| triangles.bounds_of(triangle), &options)
+}
+
+impl Edit {
+    /// Positions moved, too.
+    fn or_positions(self) -> Self {
+        if self == Self::Nothing { Self::Positions } else { self }
+    }
+}

@@ -1,0 +1,107 @@
+//! Geometry as it is handed over: positions and triangles, and what may bend them.
+
+use std::sync::{Arc, OnceLock};
+
+use super::input::check_finite;
+use super::pose::{MorphTarget, Skin};
+use super::{Indices, MeshError, Positions};
+use crate::tree::Bvh;
+
+/// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
+#[derive(Debug, Clone)]
+pub struct Mesh(Arc<MeshData>);
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MeshData {
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) triangles: Arc<[[u32; 3]]>,
+    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) morph_targets: Vec<MorphTarget>,
+    pub(crate) skin: Option<Skin>,
+    /// Of the rest pose; built by the first of several clones that bend.
+    pub(crate) first_build: OnceLock<Bvh>,
+}
+
+impl Mesh {
+    /// Positions in metres, object space; triangles counter-clockwise for who looks at their fronts. Indices may be `u16` or `u32`, flat or in
+    /// threes. Degenerate and duplicate triangles are fine.
+    ///
+    /// # Errors
+    /// Indices out of range or not in threes, positions that are not finite.
+    pub fn new<'a>(positions: impl Into<Positions<'a>>, indices: impl Into<Indices<'a>>) -> Result<Self, MeshError> {
+        let positions = positions.into().to_vec()?;
+        let triangles = indices.into().to_triangles(positions.len())?.into();
+        Ok(Self(Arc::new(MeshData { positions, triangles, ..MeshData::default() })))
+    }
+
+    /// Nothing at all, to begin with.
+    pub fn empty() -> Self {
+        Self(Arc::default())
+    }
+
+    /// Normals for shading, one per vertex, of any length.
+    ///
+    /// # Errors
+    /// Another number of normals than of vertices, or one that is not finite.
+    pub fn with_normals(self, normals: &[[f32; 3]]) -> Result<Self, MeshError> {
+        self.check_count("normals", normals.len())?;
+        check_finite(normals)?;
+        Ok(self.changed(|data| data.normals = normals.to_vec()))
+    }
+
+    /// Joints that move the vertices.
+    ///
+    /// # Errors
+    /// Another number of entries than of vertices, or a weight that is negative or not finite.
+    pub fn with_skin(self, skin: Skin) -> Result<Self, MeshError> {
+        self.check_count("joint numbers", skin.joints.len())?;
+        self.check_count("joint weights", skin.weights.len())?;
+        skin.check()?;
+        Ok(self.changed(|data| data.skin = Some(skin)))
+    }
+
+    /// Shapes that the vertices can be pulled towards.
+    ///
+    /// # Errors
+    /// Another number of displacements than of vertices, or one that is not finite.
+    pub fn with_morph_targets(self, targets: Vec<MorphTarget>) -> Result<Self, MeshError> {
+        for target in &targets {
+            self.check_count("morph displacements", target.positions.len())?;
+            check_finite(&target.positions)?;
+            if !target.normals.is_empty() {
+                self.check_count("morph normals", target.normals.len())?;
+                check_finite(&target.normals)?;
+            }
+        }
+        Ok(self.changed(|data| data.morph_targets = targets))
+    }
+
+    /// Metres, object space, rest pose.
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.0.positions
+    }
+
+    /// Vertex numbers.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.0.triangles
+    }
+
+    /// One per vertex, if there are any.
+    pub fn normals(&self) -> Option<&[[f32; 3]]> {
+        (!self.0.normals.is_empty()).then_some(&self.0.normals)
+    }
+
+    pub(crate) fn data(&self) -> &Arc<MeshData> {
+        &self.0
+    }
+
+    fn changed(mut self, change: impl FnOnce(&mut MeshData)) -> Self {
+        change(Arc::make_mut(&mut self.0));
+        self
+    }
+
+    fn check_count(&self, what: &'static str, found: usize) -> Result<(), MeshError> {
+        let expected = self.0.positions.len();
+        if found == expected { Ok(()) } else { Err(MeshError::CountDiffers { what, expected, found }) }
+    }
+}

@@ -1,0 +1,30 @@
+//! Meshes, poses, nodes, instances, frames and snapshots: what a game edits, and what its rays ask.
+//!
+//! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `living_mesh` for one mesh and
+//! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`ring`).
+
+mod commit;
+mod edit;
+mod error;
+mod frame;
+mod graph;
+mod handle;
+mod input;
+mod living_mesh;
+mod mesh;
+mod pose;
+mod report;
+mod ring;
+mod slots;
+mod snapshot;
+mod top_level;
+
+pub use edit::Scene;
+pub use error::{EditError, MeshError};
+pub use graph::Placed;
+pub use handle::{GroupId, InstanceId, MeshId, NodeId};
+pub use input::{Indices, Positions};
+pub use mesh::Mesh;
+pub use pose::{MorphTarget, Pose, Skin};
+pub use report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
+pub use snapshot::{InstanceView, Snapshot};

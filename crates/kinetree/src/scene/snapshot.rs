@@ -1,0 +1,232 @@
+//! A frame that stays what it is: what queries are asked of.
+
+use std::sync::Arc;
+
+use super::frame::{Frame, PlacedInstance};
+use super::handle::{InstanceId, MeshId};
+use super::report::FrameReport;
+use crate::geometry::{Aabb, Affine, Ray};
+use crate::query::{Coherence, Hit, Query};
+use crate::traverse::Posed;
+use crate::tree::Bvh;
+use crate::update::Motion;
+use crate::wide::InstanceRecord;
+
+/// One frame of a scene. It borrows nothing: keep it, send it, drop it anywhere. Clones share the frame.
+///
+/// Queries need no lock. Any thread may trace a snapshot while the next frame is edited and committed.
+#[derive(Debug, Clone)]
+pub struct Snapshot(Arc<Frame>);
+
+const _: () = {
+    const fn travels<T: Clone + Send + Sync + 'static>() {}
+    travels::<Snapshot>();
+};
+
+impl Snapshot {
+    pub(crate) fn of(frame: Arc<Frame>) -> Self {
+        Self(frame)
+    }
+
+    /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
+    #[doc(alias = "intersect")]
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.query().closest_hit(ray)
+    }
+
+    /// Whether anything is hit.
+    #[doc(alias = "any-hit")]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.query().occluded(ray)
+    }
+
+    /// A question with a mask, culling or a filter.
+    pub fn query(&self) -> Query<'_> {
+        Query::new(&self.0.world)
+    }
+
+    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes the speed, never the hits.
+    ///
+    /// # Panics
+    /// When there are not as many hits as rays.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], _: Coherence) {
+        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
+    }
+
+    /// Whether each ray hits anything, on the calling thread.
+    ///
+    /// # Panics
+    /// When there are not as many answers as rays.
+    pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], _: Coherence) {
+        assert_eq!(rays.len(), answers.len(), "one answer per ray");
+        rays.iter().zip(answers).for_each(|(ray, answer)| *answer = self.occluded(ray));
+    }
+
+    /// What the commit did that made this frame.
+    pub fn report(&self) -> &FrameReport {
+        &self.0.report
+    }
+
+    /// The box around everything that can be hit, world space.
+    pub fn bounds(&self) -> Aabb {
+        self.0.world.top.bounds()
+    }
+
+    /// The tree over the instances.
+    #[doc(alias = "TLAS")]
+    pub fn top_level(&self) -> &Bvh {
+        &self.0.world.top
+    }
+
+    /// Everything about the instance that was hit.
+    ///
+    /// # Panics
+    /// When the hit is of another snapshot and its instance is not there.
+    pub fn view(&self, hit: &Hit) -> InstanceView<'_> {
+        self.instance_at(hit.instance_index())
+    }
+
+    /// Which instance was hit.
+    ///
+    /// # Panics
+    /// As [`Snapshot::view`].
+    pub fn instance(&self, hit: &Hit) -> InstanceId {
+        self.view(hit).id()
+    }
+
+    /// Which mesh was hit.
+    ///
+    /// # Panics
+    /// As [`Snapshot::view`].
+    pub fn mesh(&self, hit: &Hit) -> MeshId {
+        self.view(hit).mesh_id()
+    }
+
+    /// The caller's own number of what was hit.
+    ///
+    /// # Panics
+    /// As [`Snapshot::view`].
+    pub fn user_id(&self, hit: &Hit) -> u32 {
+        self.view(hit).user_id()
+    }
+
+    /// Where the triangle was hit, metres, world space. From the triangle, which is more exact than along the ray.
+    ///
+    /// # Panics
+    /// As [`Snapshot::view`], also when the triangle is not there.
+    pub fn position(&self, hit: &Hit) -> [f32; 3] {
+        let view = self.view(hit);
+        view.world_from_object().transform_point(view.posed.triangles.get(hit.primitive).at(hit.u, hit.v))
+    }
+
+    /// The normal of the triangle, unit length, world space, on the side from which its vertices run counter-clockwise. Zero for a triangle
+    /// without area, which no ray hits.
+    ///
+    /// # Panics
+    /// As [`Snapshot::position`].
+    pub fn normal(&self, hit: &Hit) -> [f32; 3] {
+        let view = self.view(hit);
+        let normal = glam::Vec3::from(view.posed.triangles.get(hit.primitive).normal());
+        // Brought to length one before it is transformed, so that tiny and huge triangles neither vanish nor overflow.
+        let world = view.world_from_object().transform_normal(unit(normal).into());
+        unit(world.into()).into()
+    }
+
+    /// The instances of this frame.
+    pub fn instances(&self) -> impl ExactSizeIterator<Item = InstanceView<'_>> {
+        (0..self.0.placed.len()).map(|index| self.instance_at(index as u32))
+    }
+
+    /// An instance by its number in this frame.
+    ///
+    /// # Panics
+    /// When there are not as many.
+    pub fn instance_at(&self, index: u32) -> InstanceView<'_> {
+        let record = &self.0.world.instances[index as usize];
+        let posed = &self.0.world.meshes[record.mesh as usize];
+        InstanceView { index, record, placed: &self.0.placed[index as usize], posed }
+    }
+}
+
+/// Unit length, in double precision; zero stays zero.
+fn unit(v: glam::Vec3) -> glam::Vec3 {
+    v.as_dvec3().normalize_or_zero().as_vec3()
+}
+
+/// An instance as it is in one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct InstanceView<'a> {
+    index: u32,
+    record: &'a InstanceRecord,
+    placed: &'a PlacedInstance,
+    posed: &'a Posed,
+}
+
+impl<'a> InstanceView<'a> {
+    /// Number among the instances of the snapshot.
+    pub fn index(&self) -> u32 {
+        self.index
+    }
+
+    /// Its handle in the scene.
+    pub fn id(&self) -> InstanceId {
+        self.placed.id
+    }
+
+    /// The handle of its mesh.
+    pub fn mesh_id(&self) -> MeshId {
+        self.placed.mesh
+    }
+
+    /// The caller's own number.
+    pub fn user_id(&self) -> u32 {
+        self.record.user_id
+    }
+
+    /// Queries see it when their mask shares a bit with this.
+    pub fn mask(&self) -> u32 {
+        self.record.mask
+    }
+
+    /// Whether filters are not asked about it.
+    pub fn is_opaque(&self) -> bool {
+        self.record.opaque
+    }
+
+    /// How its mesh was announced to move.
+    pub fn motion(&self) -> Motion {
+        self.placed.motion
+    }
+
+    /// Where it stands.
+    pub fn world_from_object(&self) -> &'a Affine {
+        &self.placed.world_from_object
+    }
+
+    /// The way back, as rays take it.
+    pub fn object_from_world(&self) -> &'a Affine {
+        &self.record.object_from_world
+    }
+
+    /// As posed for this frame, metres, object space.
+    pub fn positions(&self) -> &'a [[f32; 3]] {
+        self.posed.triangles.positions()
+    }
+
+    /// As posed for this frame, one per vertex, if there are any.
+    pub fn normals(&self) -> Option<&'a [[f32; 3]]> {
+        (!self.posed.normals.is_empty()).then_some(&self.posed.normals)
+    }
+
+    /// Vertex numbers.
+    pub fn triangles(&self) -> &'a [[u32; 3]] {
+        self.posed.triangles.indices()
+    }
+
+    /// The tree over its triangles.
+    #[doc(alias = "BLAS")]
+    pub fn bvh(&self) -> &'a Bvh {
+        &self.posed.bvh
+    }
+}

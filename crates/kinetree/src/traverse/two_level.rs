@@ -1,0 +1,31 @@
+//! What a frame's rays are traced against: a tree over instances, each of which leads to the tree of a mesh.
+
+use std::sync::Arc;
+
+use crate::geometry::Triangles;
+use crate::tree::Bvh;
+use crate::wide::InstanceRecord;
+
+/// A mesh as it is in one frame, with its tree.
+#[doc(alias = "BLAS")]
+#[derive(Debug, Clone, Default)]
+pub struct Posed {
+    /// Over the triangles, object space.
+    pub bvh: Bvh,
+    /// Object space.
+    pub triangles: Triangles,
+    /// One per vertex, or none at all.
+    pub normals: Vec<[f32; 3]>,
+}
+
+/// A frame, as walks see it.
+#[doc(alias = "TLAS")]
+#[derive(Debug, Clone, Default)]
+pub struct TwoLevel {
+    /// Over the instances, world space.
+    pub top: Bvh,
+    /// What the top level leads to.
+    pub instances: Vec<InstanceRecord>,
+    /// What the instances lead to.
+    pub meshes: Vec<Arc<Posed>>,
+}

@@ -1,0 +1,71 @@
+//! The walk through a binary tree: nearer children first, what lies too far is skipped.
+
+use std::ops::{ControlFlow, Range};
+
+use super::Tally;
+use crate::geometry::Aabb;
+use crate::tree::{Bvh, MAX_DEPTH, Target};
+
+/// A question that a walk is compiled for.
+pub trait Visitor<T: Tally> {
+    /// Where a box is entered, if what lies in it matters still.
+    fn enter(&mut self, bounds: &Aabb) -> Option<f32>;
+
+    /// Boxes that are entered beyond this do not matter any more.
+    fn limit(&self) -> f32;
+
+    /// What stands at these places of the tree's list of primitives. `Break` ends the walk.
+    fn leaf(&mut self, places: Range<u32>, tally: &mut T) -> ControlFlow<()>;
+}
+
+/// Visits the leaves whose boxes are entered, nearer ones first.
+pub fn walk<T: Tally>(tree: &Bvh, visitor: &mut impl Visitor<T>, tally: &mut T) {
+    let nodes = tree.nodes();
+    // A walk keeps one node aside per level at most, so promise 6 bounds the stack.
+    let mut stack = [(0_u32, 0.0_f32); MAX_DEPTH];
+    let mut aside = 0;
+    let Some(root) = nodes.first() else { return };
+    if visitor.enter(&root.bounds).is_none() {
+        return;
+    }
+    let mut at = 0;
+    loop {
+        tally.node();
+        let next = match nodes[at as usize].link.target() {
+            Target::Node(left) => {
+                let right = left + 1;
+                match (visitor.enter(&nodes[left as usize].bounds), visitor.enter(&nodes[right as usize].bounds)) {
+                    (Some(one), Some(other)) => {
+                        let (near, far) = if other < one { (right, (left, one)) } else { (left, (right, other)) };
+                        stack[aside] = far;
+                        aside += 1;
+                        Some(near)
+                    }
+                    (Some(_), None) => Some(left),
+                    (None, Some(_)) => Some(right),
+                    (None, None) => None,
+                }
+            }
+            Target::Primitives(places) => {
+                tally.leaf();
+                if visitor.leaf(places, tally).is_break() {
+                    return;
+                }
+                None
+            }
+        };
+        at = match next {
+            Some(child) => child,
+            None => loop {
+                if aside == 0 {
+                    return;
+                }
+                aside -= 1;
+                let (node, entry) = stack[aside];
+                if entry <= visitor.limit() {
+                    break node;
+                }
+            },
+        };
+    }
+}

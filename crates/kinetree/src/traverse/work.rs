@@ -1,0 +1,69 @@
+//! Counting what a walk does.
+
+use std::fmt;
+use std::ops::AddAssign;
+
+/// Is told what a walk does. `()` does not care, and costs nothing.
+pub trait Tally {
+    /// A box was entered.
+    fn node(&mut self) {}
+    /// A leaf was reached.
+    fn leaf(&mut self) {}
+    /// A triangle was tested.
+    fn triangle(&mut self) {}
+    /// An instance was entered.
+    fn instance(&mut self) {}
+}
+
+impl Tally for () {}
+
+/// How much work queries did: the measure of a tree that no noisy clock disturbs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Nodes whose box was entered, leaves included.
+    pub nodes: u64,
+    /// Leaves reached.
+    pub leaves: u64,
+    /// Triangles tested.
+    pub triangles: u64,
+    /// Instances entered.
+    pub instances: u64,
+}
+
+impl Tally for Work {
+    #[inline]
+    fn node(&mut self) {
+        self.nodes += 1;
+    }
+
+    #[inline]
+    fn leaf(&mut self) {
+        self.leaves += 1;
+    }
+
+    #[inline]
+    fn triangle(&mut self) {
+        self.triangles += 1;
+    }
+
+    #[inline]
+    fn instance(&mut self) {
+        self.instances += 1;
+    }
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, more: Self) {
+        self.nodes += more.nodes;
+        self.leaves += more.leaves;
+        self.triangles += more.triangles;
+        self.instances += more.instances;
+    }
+}
+
+impl fmt::Display for Work {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { nodes, leaves, triangles, instances } = self;
+        write!(f, "{nodes} nodes, {leaves} leaves, {triangles} triangles, {instances} instances")
+    }
+}

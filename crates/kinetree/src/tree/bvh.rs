@@ -1,0 +1,160 @@
+//! A binary tree of boxes.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::{Node, Target};
+use crate::geometry::Aabb;
+
+/// No path is longer than this: the fixed stacks of walks are large enough because of it.
+pub const MAX_DEPTH: usize = 64;
+
+/// A binary tree of boxes. Always:
+/// 1. node 0 is the root;
+/// 2. the two children of an inner node are neighbours;
+/// 3. a child lies within its parent;
+/// 4. every primitive is in exactly one leaf, or in several when `has_duplicates()`;
+/// 5. no child stands before its parent, so a backwards walk refits;
+/// 6. no path is longer than [`MAX_DEPTH`].
+///
+/// A tree without primitives has no nodes.
+#[doc(alias = "BLAS")]
+#[doc(alias = "TLAS")]
+#[derive(Debug, Clone)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    primitives: Vec<u32>,
+    /// How many different primitives the leaves hold.
+    distinct: u32,
+    topology: Topology,
+}
+
+/// Which links and leaves a tree has: equal for trees that differ in their boxes only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Topology(u64);
+
+impl Topology {
+    fn fresh() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+impl Default for Bvh {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), primitives: Vec::new(), distinct: 0, topology: Topology(0) }
+    }
+}
+
+impl Bvh {
+    /// From parts that a builder made. Its promises are the builder's to keep; tests check them with `validate`.
+    pub(crate) fn from_parts(nodes: Vec<Node>, primitives: Vec<u32>, distinct: u32) -> Self {
+        Self { nodes, primitives, distinct, topology: Topology::fresh() }
+    }
+
+    /// All nodes; the root is the first.
+    #[inline]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The root, unless the tree is empty.
+    pub fn root(&self) -> Option<&Node> {
+        self.nodes.first()
+    }
+
+    /// The box around everything.
+    pub fn bounds(&self) -> Aabb {
+        self.root().map_or(Aabb::EMPTY, |root| root.bounds)
+    }
+
+    /// Numbers of primitives in the order of the leaves.
+    #[inline]
+    pub fn primitives(&self) -> &[u32] {
+        &self.primitives
+    }
+
+    /// How many different primitives there are.
+    pub fn primitive_count(&self) -> usize {
+        self.distinct as usize
+    }
+
+    /// Whether a primitive may be in several leaves.
+    pub fn has_duplicates(&self) -> bool {
+        self.primitives.len() > self.distinct as usize
+    }
+
+    /// How many nodes there are, leaves included.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Bytes held.
+    pub fn memory(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>() + self.primitives.capacity() * size_of::<u32>()
+    }
+
+    /// The number of nodes on the longest path from the root, the root included.
+    pub fn depth(&self) -> usize {
+        let mut depth_of = vec![0_u32; self.nodes.len()];
+        let mut deepest = 0;
+        for (node, at) in self.nodes.iter().zip(0..) {
+            // Promise 5: the parent has been here before.
+            let depth: u32 = depth_of[at] + 1;
+            deepest = deepest.max(depth);
+            if let Target::Node(first) = node.link.target() {
+                depth_of[first as usize] = depth;
+                depth_of[first as usize + 1] = depth;
+            }
+        }
+        deepest as usize
+    }
+
+    /// Becomes a copy of another tree, in the memory that is there.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let nodes = self.nodes_to_rewrite(other);
+        nodes.clear();
+        nodes.extend_from_slice(&other.nodes);
+    }
+
+    /// The same tree over primitives with other numbers.
+    pub(crate) fn renumbered(mut self, number_of: &[u32]) -> Self {
+        self.primitives.iter_mut().for_each(|primitive| *primitive = number_of[*primitive as usize]);
+        self
+    }
+
+    /// The boxes of a few nodes that together contain everything: the tree cut off three levels below the root.
+    pub(crate) fn canopy(&self) -> impl Iterator<Item = Aabb> {
+        let mut boxes = [Aabb::EMPTY; 8];
+        let mut open = [(0_u32, 3_u32); 8];
+        let mut count = usize::from(!self.nodes.is_empty());
+        let mut found = 0;
+        while count > 0 {
+            count -= 1;
+            let (at, levels) = open[count];
+            let node = &self.nodes[at as usize];
+            match node.link.target() {
+                Target::Node(first) if levels > 0 => {
+                    open[count] = (first, levels - 1);
+                    open[count + 1] = (first + 1, levels - 1);
+                    count += 2;
+                }
+                _ => {
+                    boxes[found] = node.bounds;
+                    found += 1;
+                }
+            }
+        }
+        boxes.into_iter().take(found)
+    }
+
+    /// Takes over links and leaves of another tree, if they are others, and gives the boxes out for writing.
+    pub(crate) fn nodes_to_rewrite(&mut self, like: &Self) -> &mut Vec<Node> {
+        if self.topology != like.topology {
+            self.primitives.clone_from(&like.primitives);
+            self.distinct = like.distinct;
+            self.topology = like.topology;
+            self.nodes.clear();
+        }
+        &mut self.nodes
+    }
+}

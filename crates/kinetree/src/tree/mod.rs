@@ -1,0 +1,12 @@
+//! The binary tree and its promises.
+
+mod bvh;
+mod cost;
+mod link;
+mod node;
+mod validate;
+
+pub use bvh::{Bvh, MAX_DEPTH};
+pub use link::{Link, Target};
+pub use node::Node;
+pub use validate::Violation;
