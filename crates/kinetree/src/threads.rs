@@ -1,6 +1,6 @@
 //! Sharing work between threads. No other file names a thread pool.
 //!
-//! Everything is expressed by [`Threads::join`], and splits at places that do not depend on the number of threads, so results do not either.
+//! Everything is expressed by joining two jobs, and splits at places that do not depend on the number of threads, so results do not either.
 
 use std::sync::Arc;
 
@@ -14,21 +14,14 @@ pub trait Executor: Send + Sync {
 #[derive(Clone, Default)]
 pub struct Threads(Kind);
 
-#[derive(Clone)]
+#[derive(Clone, Default)]
 enum Kind {
+    #[cfg_attr(not(feature = "parallel"), default)]
     One,
     #[cfg(feature = "parallel")]
+    #[default]
     Shared,
     Own(Arc<dyn Executor>),
-}
-
-impl Default for Kind {
-    fn default() -> Self {
-        #[cfg(feature = "parallel")]
-        return Self::Shared;
-        #[cfg(not(feature = "parallel"))]
-        Self::One
-    }
 }
 
 impl std::fmt::Debug for Threads {

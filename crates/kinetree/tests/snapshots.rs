@@ -54,7 +54,7 @@ fn update(stage: &mut Stage, frame: u32, random: &mut Random) {
     let phase = frame as f32 * 0.3;
     scene.place(*car, Affine::from_translation([phase.sin() * 4.0, 0.0, phase.cos() * 4.0])).unwrap();
     scene.place(*wheel, Affine::from_axis_angle([0.0, 0.0, 1.0], phase)).unwrap();
-    if frame.is_multiple_of(2) {
+    if frame % 2 == 0 {
         let bent: Vec<_> = sphere(20, 30).positions().iter().map(|p| [p[0] + p[1] * phase.sin(), p[1], p[2]]).collect();
         scene.set_positions(*oak, &bent).unwrap();
     }

@@ -35,7 +35,7 @@ pub struct TriangleHit {
 }
 
 impl Sheared {
-    /// The ray is as [`Ray::sane`] made it.
+    /// Of a ray whose direction is zero or not finite, nothing will come of it: it meets no triangle.
     pub fn new(ray: &Ray) -> Self {
         let size = ray.direction.map(f32::abs);
         let z = if size[0] >= size[1] && size[0] >= size[2] {
