@@ -1,0 +1,325 @@
+//! From a parsed file to a world: which node becomes what.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use gltf::json::Node;
+use kinetree::{Affine, EditError, Mesh, MeshId, Motion, NodeId, Scene};
+use kinetree_render::{Alpha, Animation, CameraSource, LightSource, Look, Scatter, Still, World};
+
+use crate::budget::Budget;
+use crate::clip::Clip;
+use crate::document::Document;
+use crate::error::{Item, Problem};
+use crate::material::Materials;
+use crate::mesh::{Geometry, Meshes};
+use crate::nodes::Hierarchy;
+use crate::notes::Notes;
+use crate::player::{Body, Mover, Player};
+use crate::skeleton::{Bones, Skin};
+use crate::{cameras, lights};
+
+/// Everything that has been read but the meshes.
+pub(crate) struct Parts<'a> {
+    pub(crate) document: &'a Document,
+    pub(crate) hierarchy: &'a Hierarchy,
+    pub(crate) clip: Clip,
+    pub(crate) meshes: Meshes<'a>,
+    pub(crate) budget: &'a Budget,
+}
+
+/// A mesh of the file in the scene.
+struct Shape {
+    geometry: Geometry,
+    /// Index into the look's surfaces.
+    surface: u32,
+    opaque: bool,
+    /// Without skin and morph targets; shared by all nodes that do not bend it.
+    rigid: Option<MeshId>,
+    /// By whether it can be skinned and morphed: what clones are taken of.
+    models: HashMap<(bool, bool), Mesh>,
+}
+
+/// How a node bends its mesh.
+struct Bend {
+    /// Among the player's skins.
+    skin: Option<usize>,
+    weights: Vec<f32>,
+}
+
+/// A bend that does not depend on the animation but through its skin: nodes with the same one share a mesh.
+type SharedBend = (usize, Option<usize>, Vec<u32>);
+
+struct Assembly<'a> {
+    parts: Parts<'a>,
+    materials: Materials<'a>,
+    scene: Scene,
+    look: Look,
+    lights: Vec<LightSource>,
+    cameras: Vec<CameraSource>,
+    player: Player,
+    shapes: Vec<Option<Shape>>,
+    /// From a skin of the file to the player's.
+    skins: HashMap<usize, usize>,
+    shared: HashMap<SharedBend, MeshId>,
+}
+
+/// Puts a world together.
+pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut Notes) -> Result<World, Problem> {
+    let (document, hierarchy) = (parts.document, parts.hierarchy);
+    let moves = hierarchy.below(parts.clip.nodes.keys().copied());
+    let bones = Bones::new(hierarchy, joints_in_use(document, hierarchy)?);
+    let player = Player { duration: parts.clip.duration, movers: vec![], bones, skins: vec![], bodies: vec![] };
+    let mut assembly = Assembly {
+        parts,
+        materials,
+        scene: Scene::new(),
+        look: Look::default(),
+        lights: Vec::new(),
+        cameras: Vec::new(),
+        player,
+        shapes: Vec::new(),
+        skins: HashMap::new(),
+        shared: HashMap::new(),
+    };
+    assembly.read_shapes(notes)?;
+    assembly.read_skins()?;
+    let bends = assembly.bends(notes)?;
+    let motions = assembly.motions_of_rigid(&bends, &moves);
+    assembly.add_nodes(bends, &motions, notes)?;
+    assembly.finish()
+}
+
+/// The joints of all skins of the scene.
+fn joints_in_use(document: &Document, hierarchy: &Hierarchy) -> Result<impl Iterator<Item = usize>, Problem> {
+    let mut seen = HashSet::new();
+    let mut joints = Vec::new();
+    for (index, node) in document.root.nodes.iter().enumerate().filter(|&(index, _)| hierarchy.in_scene[index]) {
+        let Some(skin) = node.skin.filter(|skin| seen.insert(skin.value())) else { continue };
+        let item = document.node_item(index);
+        for &joint in &document.get(skin, "skin", &item)?.joints {
+            document.get(joint, "node", &Item::new("skin", skin.value()))?;
+            joints.push(joint.value());
+        }
+    }
+    Ok(joints.into_iter())
+}
+
+impl<'a> Assembly<'a> {
+    /// The nodes of the scene, parents first.
+    fn nodes(&self) -> impl Iterator<Item = (usize, &'a Node)> + use<'a> {
+        let (document, hierarchy) = (self.parts.document, self.parts.hierarchy);
+        let shown = hierarchy.order.iter().filter(|&&index| hierarchy.in_scene[index]);
+        shown.map(|&index| (index, &document.root.nodes[index]))
+    }
+
+    /// Reads every mesh that is shown, in the order of the file.
+    fn read_shapes(&mut self, notes: &mut Notes) -> Result<(), Problem> {
+        let document = self.parts.document;
+        let mut shown = vec![false; document.root.meshes.len()];
+        for (index, node) in self.nodes() {
+            if let Some(mesh) = node.mesh {
+                document.get(mesh, "mesh", &document.node_item(index))?;
+                shown[mesh.value()] = true;
+            }
+        }
+        for (index, shown) in shown.into_iter().enumerate() {
+            let geometry = if shown { self.parts.meshes.read(index, &mut self.materials, notes)? } else { None };
+            let shape = geometry.map(|mut geometry| {
+                let surface = std::mem::take(&mut geometry.surface);
+                let opaque = surface.parts.iter().all(|part| {
+                    let material = self.materials.get(part.material);
+                    material.alpha == Alpha::Opaque && material.scatter == Scatter::Diffuse
+                });
+                self.look.surfaces.push(surface);
+                let surface = self.look.surfaces.len() as u32 - 1;
+                Shape { geometry, surface, opaque, rigid: None, models: HashMap::new() }
+            });
+            self.shapes.push(shape);
+        }
+        Ok(())
+    }
+
+    /// Reads every skin that bends a mesh that is shown.
+    fn read_skins(&mut self) -> Result<(), Problem> {
+        for (index, node) in self.nodes() {
+            let Some(skin) = node.skin.filter(|_| node.mesh.is_some()) else { continue };
+            if !self.skins.contains_key(&skin.value()) {
+                let item = self.parts.document.node_item(index);
+                let read =
+                    Skin::read(self.parts.document, skin, &self.player.bones, self.parts.meshes.accessors, &item)?;
+                self.skins.insert(skin.value(), self.player.skins.len());
+                self.player.skins.push(read);
+            }
+        }
+        Ok(())
+    }
+
+    /// For every node whether, and how, it bends its mesh.
+    fn bends(&self, notes: &mut Notes) -> Result<Vec<Option<Bend>>, Problem> {
+        let document = self.parts.document;
+        let mut bends: Vec<Option<Bend>> = document.root.nodes.iter().map(|_| None).collect();
+        for (index, node) in self.nodes() {
+            let Some((mesh, shape)) = node.mesh.and_then(|m| Some((m.value(), self.shapes[m.value()].as_ref()?)))
+            else {
+                continue;
+            };
+            let item = document.node_item(index);
+            let mut skin = node.skin.map(|skin| self.skins[&skin.value()]);
+            match shape.geometry.highest_joint() {
+                None if skin.take().is_some() => notes.add(|| format!("{item} has a skin, but its mesh has no joints")),
+                Some(highest) => {
+                    let count = skin.map_or(usize::MAX, |skin| self.player.skins[skin].joint_count());
+                    if usize::from(highest) >= count {
+                        let reason = format!("follows joint {highest} of a skin with {count} joints at {item}");
+                        return Err(document.mesh_item(mesh).invalid(reason));
+                    }
+                }
+                None => {}
+            }
+            let weights = self.rest_weights(node, mesh, shape.geometry.targets.len(), &item, notes)?;
+            let morphs = self.parts.clip.weights.contains_key(&index) || weights.iter().any(|&weight| weight != 0.0);
+            if skin.is_some() || (morphs && !weights.is_empty()) {
+                bends[index] = Some(Bend { skin, weights: if morphs { weights } else { Vec::new() } });
+            }
+        }
+        Ok(bends)
+    }
+
+    /// One weight per target: those of the node, or those of its mesh.
+    fn rest_weights(
+        &self,
+        node: &Node,
+        mesh: usize,
+        targets: usize,
+        item: &Item,
+        notes: &mut Notes,
+    ) -> Result<Vec<f32>, Problem> {
+        self.parts.budget.spend_numbers(targets as u64, item)?;
+        let given = node.weights.as_ref().or(self.parts.document.root.meshes[mesh].weights.as_ref());
+        let mut weights = given.cloned().unwrap_or_else(|| vec![0.0; targets]);
+        if weights.len() != targets {
+            notes.add(|| format!("{item} has {} weights for {targets} morph targets", weights.len()));
+            weights.resize(targets, 0.0);
+        }
+        if !weights.iter().all(|weight| weight.is_finite()) {
+            return Err(item.invalid("has morph weights that are not finite"));
+        }
+        Ok(weights)
+    }
+
+    /// A mesh that is placed by any moving node is rigid, the others are static.
+    fn motions_of_rigid(&self, bends: &[Option<Bend>], moves: &[bool]) -> Vec<Motion> {
+        let mut motions = vec![Motion::Static; self.shapes.len()];
+        for (_, node) in self.nodes().filter(|&(index, _)| moves[index] && bends[index].is_none()) {
+            if let Some(mesh) = node.mesh {
+                motions[mesh.value()] = Motion::Rigid;
+            }
+        }
+        motions
+    }
+
+    fn add_nodes(
+        &mut self,
+        mut bends: Vec<Option<Bend>>,
+        motions: &[Motion],
+        notes: &mut Notes,
+    ) -> Result<(), Problem> {
+        let (document, hierarchy) = (self.parts.document, self.parts.hierarchy);
+        let mut ids: Vec<Option<NodeId>> = vec![None; hierarchy.parent.len()];
+        for (index, node) in self.nodes() {
+            let item = document.node_item(index);
+            let parent = hierarchy.parent[index].and_then(|parent| ids[parent]).unwrap_or(self.scene.root());
+            let id = self.scene.add_node(parent, hierarchy.local[index].affine()).map_err(refused(&item))?;
+            ids[index] = Some(id);
+            if let Some(light) = lights::light_of(document, node, &item, notes)? {
+                self.lights.push(LightSource { node: Some(id), light });
+            }
+            if let Some((name, camera)) = cameras::camera_of(document, node, &item, notes)? {
+                self.cameras.push(CameraSource { name, node: Some(id), camera });
+            }
+            let Some(mesh) = node.mesh.map(|mesh| mesh.value()) else { continue };
+            let Some((surface, opaque)) = self.shapes[mesh].as_ref().map(|shape| (shape.surface, shape.opaque)) else {
+                continue;
+            };
+            let bend = bends[index].take();
+            // The joints say where a skinned mesh is; the place of its node counts for nothing.
+            let skinned = bend.as_ref().is_some_and(|bend| bend.skin.is_some());
+            let place = if skinned { self.scene.root() } else { id };
+            let mesh = match bend {
+                None => self.rigid(mesh, motions[mesh])?,
+                Some(bend) => self.bent(index, mesh, bend)?,
+            };
+            let instance = self.scene.add_instance(place, mesh, Affine::IDENTITY).map_err(refused(&item))?;
+            self.scene.set_user_id(instance, surface).map_err(refused(&item))?;
+            self.scene.set_opaque(instance, opaque).map_err(refused(&item))?;
+        }
+        for (node, channels) in std::mem::take(&mut self.parts.clip.nodes) {
+            let (bone, rest) = (self.player.bones.of_node(node), hierarchy.local[node].parts());
+            if ids[node].is_some() || bone.is_some() {
+                self.player.movers.push(Mover { node: ids[node], bone, rest, channels, placed: None });
+            }
+        }
+        Ok(())
+    }
+
+    fn rigid(&mut self, mesh: usize, motion: Motion) -> Result<MeshId, Problem> {
+        let item = self.parts.document.mesh_item(mesh);
+        let shape = self.shapes[mesh].as_mut().expect("only meshes with triangles are added");
+        match shape.rigid {
+            Some(id) => Ok(id),
+            None => {
+                let model = shape.geometry.mesh(false, false).map_err(|error| refused(&item)(error.into()))?;
+                let id = self.scene.add_mesh(model, motion).map_err(refused(&item))?;
+                shape.rigid = Some(id);
+                Ok(id)
+            }
+        }
+    }
+
+    fn bent(&mut self, node: usize, mesh: usize, bend: Bend) -> Result<MeshId, Problem> {
+        let item = self.parts.document.mesh_item(mesh);
+        let Bend { skin, weights } = bend;
+        let keys = self.parts.clip.weights.remove(&node).filter(|_| !weights.is_empty());
+        let shared = keys.is_none().then(|| (mesh, skin, weights.iter().map(|weight| weight.to_bits()).collect()));
+        if let Some(&id) = shared.as_ref().and_then(|shared: &SharedBend| self.shared.get(shared)) {
+            return Ok(id);
+        }
+        let shape = self.shapes[mesh].as_mut().expect("only meshes with triangles are added");
+        self.parts.budget.spend_numbers(shape.geometry.numbers(), &item)?;
+        let kind = (skin.is_some(), !weights.is_empty());
+        let model = match shape.models.get(&kind) {
+            Some(model) => model.clone(),
+            None => {
+                let model = shape.geometry.mesh(kind.0, kind.1).map_err(|error| refused(&item)(error.into()))?;
+                shape.models.insert(kind, model.clone());
+                model
+            }
+        };
+        let id = self.scene.add_mesh(model, Motion::Deforming).map_err(refused(&item))?;
+        if let Some(shared) = shared {
+            self.shared.insert(shared, id);
+        }
+        self.player.bodies.push(Body { mesh: id, skin, weights, keys, posed_with: None });
+        Ok(id)
+    }
+
+    /// The world, at its first moment.
+    fn finish(mut self) -> Result<World, Problem> {
+        let still = self.player.movers.is_empty() && self.player.bodies.is_empty();
+        let motion: Box<dyn Animation> = if still {
+            Box::new(Still)
+        } else {
+            let first = self.player.go_to(&mut self.scene, 0.0);
+            first.map_err(refused(&Item::new("the first moment of animation", 0)))?;
+            Box::new(self.player)
+        };
+        (self.look.materials, self.look.textures) = self.materials.into_look();
+        let Self { scene, look, lights, cameras, .. } = self;
+        Ok(World { scene, look: Arc::new(look), lights, cameras, motion })
+    }
+}
+
+fn refused(item: &Item) -> impl Fn(EditError) -> Problem + '_ {
+    |error| Problem::Refused { item: item.clone(), error }
+}

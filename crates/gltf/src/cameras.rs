@@ -1,0 +1,37 @@
+//! Cameras, as pinholes.
+
+use gltf::json::Node;
+use kinetree::Affine;
+use kinetree_render::Camera;
+
+use crate::document::Document;
+use crate::error::{Item, Problem};
+use crate::notes::Notes;
+
+/// Vertical field of view in place of one that makes no picture, radians.
+const ORDINARY_VIEW: f32 = 0.8;
+
+/// The camera that hangs on a node, in the space of the node, and its name: its own, or that of the node.
+pub(crate) fn camera_of(
+    document: &Document,
+    node: &Node,
+    node_item: &Item,
+    notes: &mut Notes,
+) -> Result<Option<(String, Camera)>, Problem> {
+    let Some(index) = node.camera else { return Ok(None) };
+    let camera = document.get(index, "camera", node_item)?;
+    let item = Item::named("camera", index.value(), camera.name.as_ref());
+    let fov_y = match &camera.perspective {
+        None => {
+            notes.add(|| format!("{item} has no perspective, and is given one"));
+            ORDINARY_VIEW
+        }
+        Some(perspective) if perspective.yfov > 0.0 && perspective.yfov < std::f32::consts::PI => perspective.yfov,
+        Some(perspective) => {
+            notes.add(|| format!("{item}: a field of view of {} is replaced by {ORDINARY_VIEW}", perspective.yfov));
+            ORDINARY_VIEW
+        }
+    };
+    let name = camera.name.as_ref().or(node.name.as_ref()).cloned().unwrap_or_default();
+    Ok(Some((name, Camera { world_from_camera: Affine::IDENTITY, fov_y })))
+}

@@ -1,0 +1,255 @@
+//! Meshes: the primitives of each, one after the other, as one list of vertices and one of triangles.
+
+use std::collections::BTreeMap;
+
+use gltf::json::accessor::Type;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use kinetree::{Mesh, MeshError, MorphTarget, Skin};
+use kinetree_render::{Part, Surface};
+
+use crate::accessor::Accessors;
+use crate::budget::Budget;
+use crate::document::Document;
+use crate::error::{Item, Problem};
+use crate::influences::FIRST_JOINT;
+use crate::material::Materials;
+use crate::notes::Notes;
+use crate::triangles::triangles;
+use crate::vertices::{Sources, Vertices};
+
+/// A mesh of the file. Always: all arrays that are there have one element per vertex, and indices are in range.
+pub(crate) struct Geometry {
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) normals: Option<Vec<[f32; 3]>>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) skin: Option<Skin>,
+    pub(crate) targets: Vec<MorphTarget>,
+    pub(crate) surface: Surface,
+}
+
+impl Geometry {
+    /// The mesh in its rest state, or as one that can be posed.
+    pub(crate) fn mesh(&self, skinned: bool, morphed: bool) -> Result<Mesh, MeshError> {
+        let mut mesh = Mesh::new(&self.positions, &self.triangles)?;
+        if let Some(normals) = &self.normals {
+            mesh = mesh.with_normals(normals)?;
+        }
+        if let Some(skin) = self.skin.as_ref().filter(|_| skinned) {
+            mesh = mesh.with_skin(skin.clone())?;
+        }
+        if morphed {
+            mesh = mesh.with_morph_targets(self.targets.clone())?;
+        }
+        Ok(mesh)
+    }
+
+    /// The highest joint that any vertex follows.
+    pub(crate) fn highest_joint(&self) -> Option<u16> {
+        self.skin.as_ref()?.joints.iter().flatten().copied().max()
+    }
+
+    /// How many numbers a copy of it holds.
+    pub(crate) fn numbers(&self) -> u64 {
+        let per_vertex = 6 + 8 * u64::from(self.skin.is_some()) + 6 * self.targets.len() as u64;
+        self.positions.len() as u64 * per_vertex + 3 * self.triangles.len() as u64
+    }
+}
+
+/// What is needed to read a mesh.
+pub(crate) struct Meshes<'a> {
+    pub(crate) document: &'a Document,
+    pub(crate) accessors: &'a Accessors<'a>,
+    pub(crate) budget: &'a Budget,
+}
+
+/// A primitive: triangles among the vertices of a block.
+struct Piece {
+    block: usize,
+    triangles: Vec<[u32; 3]>,
+    material: u32,
+}
+
+impl Meshes<'_> {
+    /// Reads a mesh; `None` if it has no triangles.
+    pub(crate) fn read(
+        &self,
+        index: usize,
+        materials: &mut Materials<'_>,
+        notes: &mut Notes,
+    ) -> Result<Option<Geometry>, Problem> {
+        let item = self.document.mesh_item(index);
+        let mesh = &self.document.root.meshes[index];
+        // Primitives with the same attributes share their vertices.
+        let mut blocks: Vec<Option<Vertices>> = Vec::new();
+        let mut known: BTreeMap<Sources, usize> = BTreeMap::new();
+        let mut pieces = Vec::new();
+        for (place, primitive) in mesh.primitives.iter().enumerate() {
+            let Checked::Valid(mode) = primitive.mode else {
+                return Err(item.invalid(format!("has an unknown mode in primitive {place}")));
+            };
+            if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+                notes.add(|| format!("{item}: {mode:?} of primitive {place} are left out"));
+                continue;
+            }
+            if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
+                notes.add(|| format!("{item}: primitive {place} has no positions, and is left out"));
+                continue;
+            }
+            let sources = Sources::of(primitive, self.coordinate_set(primitive));
+            let block = match known.get(&sources) {
+                Some(&block) => block,
+                None => {
+                    blocks.push(Some(sources.read(self.accessors, &item, notes)?));
+                    known.insert(sources, blocks.len() - 1);
+                    blocks.len() - 1
+                }
+            };
+            let count = blocks[block].as_ref().map_or(0, Vertices::count);
+            let triangles = self.triangles(primitive, mode, count, &item)?;
+            if !triangles.is_empty() {
+                let material = materials.place(primitive.material, &item, notes)?;
+                pieces.push(Piece { block, triangles, material });
+            }
+        }
+        self.give_all_normals(&mut blocks, &mut pieces, &item)?;
+        // What one primitive has, all are given, if only as zeros.
+        let vertices: u64 = blocks.iter().flatten().map(|block| block.count() as u64).sum();
+        let per_vertex = blocks.iter().flatten().map(Vertices::numbers_per_vertex).max().unwrap_or(0);
+        self.budget.spend_numbers(vertices.saturating_mul(per_vertex), &item)?;
+        Ok((!pieces.is_empty()).then(|| joined(blocks, &pieces, &item, notes)))
+    }
+
+    fn coordinate_set(&self, primitive: &Primitive) -> u32 {
+        let material = primitive.material.and_then(|index| self.document.root.materials.get(index.value()));
+        material.map_or(0, crate::material::coordinate_set_of)
+    }
+
+    fn triangles(
+        &self,
+        primitive: &Primitive,
+        mode: Mode,
+        vertices: usize,
+        item: &Item,
+    ) -> Result<Vec<[u32; 3]>, Problem> {
+        let indices: Vec<u32> = match primitive.indices {
+            Some(indices) => self.accessors.integers::<1>(indices, Type::Scalar, item)?.into_flattened(),
+            None => {
+                self.budget.spend_numbers(vertices as u64, item)?;
+                (0..vertices as u32).collect()
+            }
+        };
+        if let Some(&highest) = indices.iter().max().filter(|&&highest| highest as usize >= vertices) {
+            return Err(item.invalid(format!("has a triangle at vertex {highest}, but {vertices} vertices")));
+        }
+        // Strips have nearly three times as many corners as indices.
+        self.budget.spend_numbers(3 * indices.len() as u64, item)?;
+        Ok(triangles(mode, &indices).unwrap_or_default())
+    }
+
+    /// If some blocks have normals, gives the others those of their faces, with vertices of its own for every triangle.
+    fn give_all_normals(
+        &self,
+        blocks: &mut Vec<Option<Vertices>>,
+        pieces: &mut [Piece],
+        item: &Item,
+    ) -> Result<(), Problem> {
+        let lacking: Vec<bool> = blocks.iter().flatten().map(|block| block.normals.is_none()).collect();
+        if lacking.iter().all(|&lacks| lacks) {
+            return Ok(());
+        }
+        for piece in pieces.iter_mut().filter(|piece| lacking[piece.block]) {
+            let Some(block) = &blocks[piece.block] else { continue };
+            let corners = 3 * piece.triangles.len() as u64;
+            self.budget.spend_numbers(corners.saturating_mul(block.numbers_per_vertex()), item)?;
+            let flat = block.flat(&piece.triangles);
+            piece.triangles = (0..piece.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            piece.block = blocks.len();
+            blocks.push(Some(flat));
+        }
+        for (block, _) in blocks.iter_mut().zip(lacking).filter(|(_, lacks)| *lacks) {
+            *block = None;
+        }
+        Ok(())
+    }
+}
+
+/// One mesh of all pieces. The blocks that are left stand one after the other.
+fn joined(blocks: Vec<Option<Vertices>>, pieces: &[Piece], item: &Item, notes: &mut Notes) -> Geometry {
+    let mut first_vertex = Vec::with_capacity(blocks.len());
+    let mut count = 0;
+    for block in &blocks {
+        first_vertex.push(count as u32);
+        count += block.as_ref().map_or(0, Vertices::count);
+    }
+    let mut blocks: Vec<Vertices> = blocks.into_iter().flatten().collect();
+    let mut triangles = Vec::with_capacity(pieces.iter().map(|piece| piece.triangles.len()).sum());
+    let mut parts: Vec<Part> = Vec::new();
+    for piece in pieces {
+        if parts.last().is_none_or(|last| last.material != piece.material) {
+            parts.push(Part { first_triangle: triangles.len() as u32, material: piece.material });
+        }
+        let first = first_vertex[piece.block];
+        triangles.extend(piece.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
+    }
+    if blocks.iter().any(|block| block.skin.is_some()) && blocks.iter().any(|block| block.skin.is_none()) {
+        notes.add(|| format!("{item}: the primitives without joints follow the first joint"));
+    }
+    let counts: Vec<usize> = blocks.iter().map(Vertices::count).collect();
+    let positions =
+        concatenated(blocks.iter_mut().map(|block| Some(std::mem::take(&mut block.positions))), &counts, [0.0; 3]);
+    let positions = positions.unwrap_or_default();
+    let mut normals = concatenated(blocks.iter_mut().map(|block| block.normals.take()), &counts, [0.0; 3]);
+    if let Some(normals) = &mut normals {
+        let repaired = crate::normals::repair(normals, &positions, &triangles);
+        if repaired > 0 {
+            notes.add(|| format!("{item}: {repaired} normals without a direction are replaced"));
+        }
+    }
+    let uvs = concatenated(blocks.iter_mut().map(|block| block.uvs.take()), &counts, [0.0; 2]).unwrap_or_default();
+    let colors =
+        concatenated(blocks.iter_mut().map(|block| block.colors.take()), &counts, [1.0; 4]).unwrap_or_default();
+    let joints = blocks.iter_mut().map(|block| block.skin.as_mut().map(|skin| std::mem::take(&mut skin.joints)));
+    let joints = concatenated(joints, &counts, FIRST_JOINT.0);
+    let weights = blocks.iter_mut().map(|block| block.skin.as_mut().map(|skin| std::mem::take(&mut skin.weights)));
+    let weights = concatenated(weights, &counts, FIRST_JOINT.1);
+    let skin = joints.zip(weights).map(|(joints, weights)| Skin { joints, weights });
+    let targets = targets(&mut blocks, &counts, normals.is_some());
+    Geometry { positions, normals, triangles, skin, targets, surface: Surface { parts, uvs, colors } }
+}
+
+/// A primitive that has fewer targets than another is not moved by those that it lacks.
+fn targets(blocks: &mut [Vertices], counts: &[usize], with_normals: bool) -> Vec<MorphTarget> {
+    let most = blocks.iter().map(|block| block.targets.len()).max().unwrap_or(0);
+    (0..most)
+        .map(|i| {
+            let positions = blocks.iter_mut().map(|block| block.targets.get_mut(i)?.positions.take());
+            let positions = concatenated(positions, counts, [0.0; 3]);
+            let normals = blocks.iter_mut().map(|block| block.targets.get_mut(i)?.normals.take());
+            let normals = concatenated(normals, counts, [0.0; 3]).filter(|_| with_normals);
+            MorphTarget {
+                positions: positions.unwrap_or_else(|| vec![[0.0; 3]; counts.iter().sum()]),
+                normals: normals.unwrap_or_default(),
+            }
+        })
+        .collect()
+}
+
+/// The parts one after the other, with a value in place of what a part lacks; `None` if there is no part at all.
+fn concatenated<T: Copy>(parts: impl Iterator<Item = Option<Vec<T>>>, counts: &[usize], fill: T) -> Option<Vec<T>> {
+    let mut parts: Vec<_> = parts.collect();
+    if parts.iter().all(Option::is_none) {
+        return None;
+    }
+    if let [only] = &mut parts[..] {
+        return only.take();
+    }
+    let mut all = Vec::with_capacity(counts.iter().sum());
+    for (part, &count) in parts.into_iter().zip(counts) {
+        match part {
+            Some(part) => all.extend_from_slice(&part),
+            None => all.resize(all.len() + count, fill),
+        }
+    }
+    Some(all)
+}

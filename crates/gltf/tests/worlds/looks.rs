@@ -1,0 +1,234 @@
+//! Materials, textures, colours, lights and cameras.
+
+use image::{ImageFormat, RgbaImage};
+use kinetree::Ray;
+use kinetree_render::{Alpha, Filter, Light, Material, Scatter, TextureRef, Wrap};
+use serde_json::{Value, json};
+
+use crate::writer::{TRIANGLE, TempFolder, Writer, frame};
+
+/// Writes three colours in one way.
+type WriteColors = fn(&mut Writer) -> usize;
+
+/// A triangle with a material.
+fn dressed(material: Value) -> Writer {
+    let mut writer = Writer::new();
+    let positions = writer.vec3(&TRIANGLE);
+    let uvs = writer.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let other = writer.floats("VEC2", &[0.5; 6]);
+    let attributes = json!({ "POSITION": positions, "TEXCOORD_0": uvs, "TEXCOORD_1": other });
+    let mesh = writer.push("meshes", json!({ "primitives": [{ "attributes": attributes, "material": 0 }] }));
+    writer.push("nodes", json!({ "mesh": mesh }));
+    writer.push("materials", material);
+    writer
+}
+
+fn material(writer: &Writer) -> (Material, bool) {
+    let mut loaded = writer.good();
+    let view = frame(&mut loaded, 0.0);
+    assert_eq!(loaded.world.look.materials.len(), 1);
+    (loaded.world.look.materials[0].clone(), view.instance_at(0).is_opaque())
+}
+
+fn png(pixels: &RgbaImage) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    pixels.write_to(&mut bytes, ImageFormat::Png).expect("a small image can be written");
+    bytes.into_inner()
+}
+
+fn two_pixels() -> RgbaImage {
+    RgbaImage::from_raw(2, 1, vec![255, 0, 0, 255, 0, 128, 0, 64]).expect("two pixels")
+}
+
+#[test]
+fn factors_become_colour_and_emission() {
+    let (material, opaque) = material(&dressed(json!({
+        "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.25, 2, 0.5], "metallicFactor": 0 },
+        "emissiveFactor": [1, 0.5, 0],
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 10 } },
+        "doubleSided": true,
+    })));
+    assert_eq!(material.base_color, [0.5, 0.25, 1.0, 0.5]);
+    assert_eq!(material.emission, [10.0, 5.0, 0.0]);
+    assert_eq!((material.alpha, material.scatter, material.two_sided), (Alpha::Opaque, Scatter::Diffuse, true));
+    assert!(opaque);
+}
+
+#[test]
+fn alpha_modes_decide_who_is_opaque() {
+    for (json, alpha) in [
+        (json!({ "alphaMode": "MASK" }), Alpha::Mask { cutoff: 0.5 }),
+        (json!({ "alphaMode": "MASK", "alphaCutoff": 0.25 }), Alpha::Mask { cutoff: 0.25 }),
+        (json!({ "alphaMode": "BLEND" }), Alpha::Blend),
+        (json!({ "alphaMode": "OPAQUE" }), Alpha::Opaque),
+        (json!({}), Alpha::Opaque),
+    ] {
+        let (material, opaque) = material(&dressed(json));
+        assert_eq!(material.alpha, alpha);
+        assert_eq!(opaque, alpha == Alpha::Opaque);
+        assert!(!material.two_sided);
+    }
+    assert!(dressed(json!({ "alphaMode": "GLOW" })).bad().contains("material 0 has an unknown alpha mode"));
+}
+
+#[test]
+fn transmission_is_a_sheet_unless_there_is_a_volume() {
+    let glass = |ior: f32, volume: Value| {
+        let mut material = json!({ "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_ior": { "ior": ior } } });
+        if !volume.is_null() {
+            material["extensions"]["KHR_materials_volume"] = volume;
+        }
+        dressed(material)
+    };
+    assert_eq!(material(&glass(1.25, Value::Null)).0.scatter, Scatter::ThinDielectric { ior: 1.25 });
+    assert_eq!(material(&glass(1.25, json!({}))).0.scatter, Scatter::ThinDielectric { ior: 1.25 });
+    let thick = glass(1.25, json!({ "thicknessFactor": 0.01 }));
+    assert_eq!(material(&thick).0.scatter, Scatter::Dielectric { ior: 1.25 });
+    let odd = glass(0.0, Value::Null);
+    assert_eq!(material(&odd).0.scatter, Scatter::ThinDielectric { ior: 1.5 });
+    assert_eq!(odd.good().notes.len(), 1);
+}
+
+#[test]
+fn textures_are_decoded_once_and_keep_their_sampling() {
+    let mut writer = dressed(json!({
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "texCoord": 0, "extensions": {
+            "KHR_texture_transform": { "offset": [0.5, 0.25], "rotation": 1.5, "scale": [2, 3], "texCoord": 1 } } } },
+        "emissiveTexture": { "index": 1, "texCoord": 1 },
+        "emissiveFactor": [1, 1, 1],
+    }));
+    let view = writer.view(&png(&two_pixels()));
+    let mut writer = writer.with(json!({
+        "images": [{ "bufferView": view, "mimeType": "image/png" }],
+        "samplers": [{ "magFilter": 9728, "wrapS": 33071, "wrapT": 33648 }],
+        "textures": [{ "source": 0, "sampler": 0 }, { "source": 0 }, { "source": 0 }],
+    }));
+    let (material, _) = material(&writer);
+    let base = TextureRef { texture: 0, scale: [2.0, 3.0], rotation: 1.5, offset: [0.5, 0.25] };
+    assert_eq!(material.base_color_texture, Some(base));
+    assert_eq!(material.emission_texture, Some(TextureRef::from(1)));
+    let loaded = writer.good();
+    let look = &loaded.world.look;
+    assert_eq!(look.textures.len(), 2);
+    assert_eq!(look.textures[0].texels, [[255, 0, 0, 255], [0, 128, 0, 64]]);
+    assert_eq!((look.textures[0].width, look.textures[0].height, look.textures[0].srgb), (2, 1, true));
+    assert_eq!((look.textures[0].wrap, look.textures[0].filter), ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest));
+    assert_eq!((look.textures[1].wrap, look.textures[1].filter), ([Wrap::Repeat; 2], Filter::Bilinear));
+    assert_eq!(look.textures[1].texels, look.textures[0].texels);
+    assert_eq!(look.surfaces[0].uvs, [[0.5; 2]; 3], "the set that the transform names");
+
+    writer.json["materials"][0]["emissiveTexture"]["index"] = json!(2);
+    writer.json["textures"][2]["sampler"] = json!(0);
+    assert_eq!(writer.good().world.look.textures.len(), 1, "the same image with the same sampling");
+}
+
+#[test]
+fn images_come_from_files_and_broken_ones_are_named() {
+    let textured = json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } });
+    let with_image =
+        |image: Value| dressed(textured.clone()).with(json!({ "images": [image], "textures": [{ "source": 0 }] }));
+    let folder = TempFolder::new();
+    folder.write("b.png", &png(&two_pixels()));
+    let writer = with_image(json!({ "uri": "b.png" }));
+    let loaded = kinetree_gltf::load(&folder.write("scene.glb", &writer.glb())).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.world.look.textures.len(), 1);
+
+    assert!(writer.bad().contains("refers to \"b.png\", which cannot be read"));
+    let cut = &png(&two_pixels())[..40];
+    let data: String = cut.iter().map(|byte| format!("%{byte:02x}")).collect();
+    let broken = with_image(json!({ "name": "wood", "uri": format!("data:image/png,{data}") }));
+    assert!(broken.bad().contains("image 0 \"wood\" cannot be decoded"), "{}", broken.bad());
+    let unknown = with_image(json!({ "uri": "data:image/ktx2,%abKTX 20" })).good();
+    assert_eq!((unknown.world.look.textures.len(), unknown.notes.len()), (0, 1));
+    let missing = dressed(textured.clone()).with(json!({ "textures": [{ "source": 7 }] }));
+    assert!(missing.bad().contains("texture 0 refers to image 7, but there are 0"), "{}", missing.bad());
+}
+
+#[test]
+fn vertex_colours_of_every_kind_are_linear_rgba() {
+    let kinds: [(WriteColors, [f32; 4]); 4] = [
+        (|w| w.floats("VEC3", &[0.5; 9]), [0.5, 0.5, 0.5, 1.0]),
+        (|w| w.floats("VEC4", &[0.25; 12]), [0.25; 4]),
+        (|w| w.u8("VEC4", &[51; 12]), [0.2; 4]),
+        (|w| w.u16("VEC4", &[13107; 12]), [0.2; 4]),
+    ];
+    for (write, wanted) in kinds {
+        let mut writer = dressed(json!({}));
+        let colors = write(&mut writer);
+        writer.json["accessors"][colors]["normalized"] = json!(true);
+        writer.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+        assert_eq!(writer.good().world.look.surfaces[0].colors, [wanted; 3]);
+    }
+}
+
+#[test]
+fn lights_stand_where_their_nodes_do() {
+    let mut writer = Writer::new().with(json!({
+        "extensions": { "KHR_lights_punctual": { "lights": [
+            { "type": "point", "color": [1, 0.5, 0], "intensity": 10, "range": 5 },
+            { "type": "spot", "intensity": 2, "spot": { "innerConeAngle": 0.5, "outerConeAngle": 1 } },
+            { "type": "directional", "intensity": 3 },
+            { "type": "point", "intensity": 0 },
+        ]}},
+    }));
+    let up = 0.5f32.sqrt();
+    for (light, placement) in [
+        (0, json!({ "translation": [1, 2, 3] })),
+        (1, json!({ "translation": [4, 0, 0] })),
+        // Looks down: -z turned by 90 degrees about -x.
+        (2, json!({ "rotation": [-up, 0, 0, up] })),
+        (3, json!({})),
+    ] {
+        let mut node = placement;
+        node["extensions"] = json!({ "KHR_lights_punctual": { "light": light } });
+        writer.push("nodes", node);
+    }
+    let mut loaded = writer.good();
+    let lights = loaded.world.frame(0.0).expect("a frame").lights;
+    assert_eq!(lights.len(), 3, "a light without intensity is none");
+    assert_eq!(lights[0], Light::Point { position: [1.0, 2.0, 3.0], intensity: [10.0, 5.0, 0.0], range: 5.0 });
+    let Light::Spot { position, direction, intensity, range, inner_cos, outer_cos } = lights[1] else {
+        panic!("{:?}", lights[1])
+    };
+    assert_eq!((position, direction, intensity), ([4.0, 0.0, 0.0], [0.0, 0.0, -1.0], [2.0; 3]));
+    assert_eq!((range, inner_cos, outer_cos), (f32::INFINITY, 0.5f32.cos(), 1f32.cos()));
+    let Light::Sun { direction, irradiance, angle } = lights[2] else { panic!("{:?}", lights[2]) };
+    assert!(direction[1] < -0.9999, "{direction:?}");
+    assert_eq!((irradiance, angle), ([3.0; 3], 0.0));
+    writer.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = json!(9);
+    assert!(writer.bad().contains("node 0 refers to light 9, but there are 4"), "{}", writer.bad());
+}
+
+#[test]
+fn cameras_are_named_and_placed() {
+    let writer = Writer::new().with(json!({
+        "cameras": [
+            { "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1 } },
+            { "type": "orthographic", "name": "plan", "orthographic": { "xmag": 1, "ymag": 1, "zfar": 2, "znear": 1 } },
+        ],
+        "nodes": [{ "camera": 0, "name": "eye", "translation": [0, 1, 5] }, { "camera": 1, "name": "other" }],
+    }));
+    let loaded = writer.good();
+    let world = &loaded.world;
+    let names: Vec<_> = world.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    assert_eq!(names, ["eye", "plan"]);
+    let camera = world.camera(&world.cameras[0]).expect("the node is there");
+    assert_eq!((camera.position(), camera.fov_y), ([0.0, 1.0, 5.0], 0.7));
+    assert_eq!(loaded.notes.len(), 1, "{:?}", loaded.notes);
+}
+
+#[test]
+fn a_ray_finds_the_surface_that_it_hits() {
+    let mut writer = dressed(json!({ "name": "red" }));
+    let mesh = writer.triangle();
+    writer.push("nodes", json!({ "mesh": mesh, "translation": [10, 0, 0] }));
+    let mut loaded = writer.good();
+    let view = frame(&mut loaded, 0.0);
+    for (x, surface) in [(0.25, 0), (10.25, 1)] {
+        let hit = view.closest_hit(&Ray::new([x, 0.25, 1.0], [0.0, 0.0, -1.0])).expect("a hit");
+        assert_eq!(view.user_id(&hit), surface);
+    }
+    assert_eq!(loaded.world.look.surfaces.len(), 2);
+    assert!(loaded.world.lights.is_empty());
+}

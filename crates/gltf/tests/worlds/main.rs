@@ -1,0 +1,10 @@
+//! Whole files, written by the tests, loaded and looked at.
+
+mod animation;
+mod files;
+mod geometry;
+mod hostile;
+mod looks;
+mod scenes;
+mod skins;
+mod writer;
