@@ -27,6 +27,7 @@ pub mod threads;
 mod clock;
 
 pub mod geometry;
+pub mod simd;
 pub mod tree;
 pub mod wide;
 pub mod build;
@@ -45,3 +46,4 @@ pub use threads::{Executor, Threads};
 pub use traverse::Work;
 pub use tree::Bvh;
 pub use update::{Action, Motion, Reason};
+pub use wide::{WideMesh, WideTop};

@@ -297,7 +297,8 @@ fn clones_that_bend_share_their_first_build() {
         scene.pose(id, &Pose { weights: &[i as f32], joints: &[] }).unwrap();
     }
     let view = scene.commit();
-    let links = |i: u32| view.instance_at(i).bvh().nodes().iter().map(|node| node.link).collect::<Vec<_>>();
+    let links =
+        |i: u32| view.instance_at(i).bvh().tree().nodes().iter().flat_map(|node| node.lanes()).collect::<Vec<_>>();
     assert_eq!(links(0), links(1));
     assert_eq!(links(0), links(2));
     assert_ne!(view.instance_at(0).positions(), view.instance_at(2).positions());

@@ -17,7 +17,7 @@ pub struct BuildOptions {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { node_cost: 1.0, max_leaf: 8, threads: Threads::default() }
+        Self { node_cost: 1.0, max_leaf: 2, threads: Threads::default() }
     }
 }
 

@@ -40,8 +40,9 @@ impl Ray {
     /// The ray as queries take it: `t_min` at least 0; `None` when nothing can be hit.
     pub(crate) fn sane(&self) -> Option<Self> {
         let finite = super::is_finite(self.origin) && super::is_finite(self.direction);
-        let t_min = if self.t_min < 0.0 { 0.0 } else { self.t_min };
+        // A negative zero becomes a positive one, whose bits order like its value.
+        let t_min = if self.t_min <= 0.0 { 0.0 } else { self.t_min };
         let forward = self.direction != [0.0; 3];
-        (finite && forward && t_min <= self.t_max).then_some(Self { t_min, ..*self })
+        (finite && forward && t_min <= self.t_max).then_some(Self { t_min, t_max: self.t_max + 0.0, ..*self })
     }
 }

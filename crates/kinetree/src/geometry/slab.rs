@@ -24,20 +24,20 @@ const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
 /// A ray made ready for box tests against boxes within known bounds.
 #[derive(Debug, Clone, Copy)]
 pub struct SafeRay {
-    near: [Plane; 3],
-    far: [Plane; 3],
+    pub(crate) near: [Plane; 3],
+    pub(crate) far: [Plane; 3],
     /// The ray runs down this axis, so that the upper plane is met first.
-    downwards: [bool; 3],
-    t_min: f32,
+    pub(crate) downwards: [bool; 3],
+    pub(crate) t_min: f32,
     /// Present when single precision does not suffice for this ray.
     careful: Option<CarefulRay>,
 }
 
 /// Distance of a plane along the ray: `position * scale - offset`.
 #[derive(Debug, Clone, Copy, Default)]
-struct Plane {
-    scale: f32,
-    offset: f32,
+pub(crate) struct Plane {
+    pub(crate) scale: f32,
+    pub(crate) offset: f32,
 }
 
 impl SafeRay {
@@ -91,6 +91,12 @@ impl SafeRay {
             });
         }
         safe
+    }
+
+    /// Whether only double precision does this ray justice.
+    #[inline]
+    pub(crate) fn needs_care(&self) -> bool {
+        self.careful.is_some()
     }
 
     /// Where the ray enters the box, at the earliest, if it does so before `t_max`.

@@ -13,12 +13,12 @@ use super::{Ray, Triangle};
 /// A ray that has become an axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Sheared {
-    origin: [f32; 3],
+    pub(crate) origin: [f32; 3],
     /// The axes in the order x, y, z of the sheared space; z is the largest of the direction.
-    axes: [usize; 3],
-    shear: [f32; 3],
+    pub(crate) axes: [usize; 3],
+    pub(crate) shear: [f32; 3],
     /// What a length in sheared space is in lengths of the direction: a power of two.
-    t_scale: f32,
+    pub(crate) t_scale: f32,
 }
 
 /// Where a ray meets a triangle.

@@ -1,14 +1,18 @@
 //! One way through both levels, whatever is asked: instances first, then the triangles of each.
 
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 
 use super::{Cull, Filter, Hit};
-use crate::geometry::{Aabb, Ray, SafeRay, Sheared, TriangleHit};
-use crate::traverse::{Posed, Tally, TwoLevel, Visitor, walk};
-use crate::wide::InstanceRecord;
+use crate::geometry::{Ray, SafeRay, Sheared, TriangleHit};
+use crate::simd::{Isa, Kernel, Scalar};
+use crate::traverse::{Carefully, Posed, RayLanes, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide};
+use crate::wide::{InstanceRecord, WideLink};
 
 /// What a question does with hits.
 pub(crate) trait Gather {
+    /// Whether it helps to look at nearer triangles first.
+    const ORDERED: bool;
+
     /// Hits beyond this do not matter (any more).
     fn t_max(&self) -> f32;
 
@@ -25,69 +29,114 @@ pub(crate) struct Rules<F> {
 }
 
 /// Brings the hits of a sane ray to `gather`, each at least once, in no particular order.
-pub(crate) fn ask<T: Tally>(
+#[inline]
+pub(crate) fn ask<F: Filter, G: Gather, T: Tally>(
     world: &TwoLevel,
     ray: &Ray,
-    rules: Rules<impl Filter>,
-    gather: &mut impl Gather,
+    rules: Rules<F>,
+    gather: &mut G,
     tally: &mut T,
 ) {
-    let safe = SafeRay::over_instances(ray, &world.top.bounds());
-    walk(&world.top, &mut InWorld { world, ray, safe, rules, gather }, tally);
+    world.level.run(Ask { world, ray, rules, gather, tally });
+}
+
+struct Ask<'a, F, G, T> {
+    world: &'a TwoLevel,
+    ray: &'a Ray,
+    rules: Rules<F>,
+    gather: &'a mut G,
+    tally: &'a mut T,
+}
+
+impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let safe = SafeRay::over_instances(self.ray, &self.world.top.bounds());
+        if safe.needs_care() {
+            return self.carefully(&safe);
+        }
+        let mut visitor = InWorld { world: self.world, ray: self.ray, rules: self.rules, gather: self.gather };
+        walk_wide(isa, self.world.top.tree(), RayLanes::new(isa, &safe), &mut visitor, self.tally);
+    }
+}
+
+impl<F: Filter, G: Gather, T: Tally> Ask<'_, F, G, T> {
+    #[cold]
+    #[inline(never)]
+    fn carefully(self, safe: &SafeRay) {
+        let mut visitor = InWorld { world: self.world, ray: self.ray, rules: self.rules, gather: self.gather };
+        walk_wide(Scalar, self.world.top.tree(), Carefully(safe), &mut visitor, self.tally);
+    }
 }
 
 struct InWorld<'a, F, G> {
     world: &'a TwoLevel,
     ray: &'a Ray,
-    safe: SafeRay,
     rules: Rules<F>,
     gather: &'a mut G,
 }
 
-impl<F: Filter, G: Gather, T: Tally> Visitor<T> for InWorld<'_, F, G> {
-    fn enter(&mut self, bounds: &Aabb) -> Option<f32> {
-        self.safe.enter(bounds, self.gather.t_max())
-    }
+impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F, G> {
+    const ORDERED: bool = G::ORDERED;
 
-    fn limit(&self) -> f32 {
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
         self.gather.t_max()
     }
 
-    fn leaf(&mut self, places: Range<u32>, tally: &mut T) -> ControlFlow<()> {
-        for &instance in &self.world.top.primitives()[places.start as usize..places.end as usize] {
+    #[inline(always)]
+    fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
+        let units = link.index()..link.index() + link.unit_count();
+        for &instance in &self.world.top.instances()[units] {
             let Some(ray) = RayInMesh::enter(self.world, self.ray, instance, self.rules) else { continue };
             tally.instance();
             let safe = SafeRay::new(&ray.local, &ray.mesh.bvh.bounds());
-            let mut visitor = InMesh { ray, safe, gather: self.gather, done: ControlFlow::Continue(()) };
-            walk(&visitor.ray.mesh.bvh, &mut visitor, tally);
+            if safe.needs_care() {
+                ray.carefully(&safe, self.gather, tally)?;
+                continue;
+            }
+            let lanes = ShearedLanes::new(isa, &ray.sheared, ray.local.t_min);
+            let mut visitor = InMesh { ray: &ray, lanes, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
+            walk_wide(isa, ray.mesh.bvh.tree(), RayLanes::new(isa, &safe), &mut visitor, tally);
             visitor.done?;
         }
         ControlFlow::Continue(())
     }
 }
 
-struct InMesh<'a, F, G> {
-    ray: RayInMesh<'a, F>,
-    safe: SafeRay,
+struct InMesh<'a, I: Isa, F, G> {
+    ray: &'a RayInMesh<'a, F>,
+    lanes: ShearedLanes<'a, I>,
     gather: &'a mut G,
     done: ControlFlow<()>,
 }
 
-impl<F: Filter, G: Gather, T: Tally> Visitor<T> for InMesh<'_, F, G> {
-    fn enter(&mut self, bounds: &Aabb) -> Option<f32> {
-        self.safe.enter(bounds, self.gather.t_max())
-    }
+impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InMesh<'_, I, F, G> {
+    const ORDERED: bool = G::ORDERED;
 
-    fn limit(&self) -> f32 {
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
         self.gather.t_max()
     }
 
-    fn leaf(&mut self, places: Range<u32>, tally: &mut T) -> ControlFlow<()> {
-        for &primitive in &self.ray.mesh.bvh.primitives()[places.start as usize..places.end as usize] {
-            tally.triangle();
-            if let Some(hit) = self.ray.hit(primitive, self.gather.t_max()) {
-                self.done = self.gather.take(hit);
-                self.done?;
+    #[inline(always)]
+    fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
+        for unit in link.index()..link.index() + link.unit_count() {
+            let block = self.ray.mesh.bvh.block(unit);
+            tally.block(block.count);
+            let hits = self.lanes.hits(isa, block, self.ray.local.t_min, self.gather.t_max());
+            let mut mask = hits.mask;
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize & 3;
+                mask &= mask - 1;
+                let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
+                // Another lane may have come nearer meanwhile.
+                if hit.t.is_finite() && hit.t <= self.gather.t_max() && self.ray.counts(&hit, primitive) {
+                    self.done = self.gather.take(Hit::new(&hit, primitive, self.ray.instance));
+                    self.done?;
+                }
             }
         }
         ControlFlow::Continue(())
@@ -106,6 +155,7 @@ pub(crate) struct RayInMesh<'a, F> {
 
 impl<'a, F: Filter> RayInMesh<'a, F> {
     /// `None` when the ray cannot hit anything there.
+    #[inline(always)]
     pub(crate) fn enter(world: &'a TwoLevel, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
         let record = &world.instances[instance as usize];
         if record.mask & rules.mask == 0 {
@@ -124,14 +174,26 @@ impl<'a, F: Filter> RayInMesh<'a, F> {
     #[inline]
     pub(crate) fn hit(&self, primitive: u32, t_max: f32) -> Option<Hit> {
         let hit = self.sheared.hit(&self.mesh.triangles.get(primitive), self.local.t_min, t_max)?;
-        let counts =
-            self.rules.cull.keeps(&hit) && self.rules.filter.accepts(&hit, primitive, self.instance, self.record);
-        counts.then(|| Hit::new(&hit, primitive, self.instance))
+        self.counts(&hit, primitive).then(|| Hit::new(&hit, primitive, self.instance))
+    }
+
+    #[inline(always)]
+    fn counts(&self, hit: &TriangleHit, primitive: u32) -> bool {
+        self.rules.cull.keeps(hit) && self.rules.filter.accepts(hit, primitive, self.instance, self.record)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn carefully<G: Gather, T: Tally>(&self, safe: &SafeRay, gather: &mut G, tally: &mut T) -> ControlFlow<()> {
+        let lanes = ShearedLanes::new(Scalar, &self.sheared, self.local.t_min);
+        let mut visitor = InMesh { ray: self, lanes, gather, done: ControlFlow::Continue(()) };
+        walk_wide(Scalar, self.mesh.bvh.tree(), Carefully(safe), &mut visitor, tally);
+        visitor.done
     }
 }
 
 impl Cull {
-    #[inline]
+    #[inline(always)]
     fn keeps(self, hit: &TriangleHit) -> bool {
         match self {
             Self::None => true,

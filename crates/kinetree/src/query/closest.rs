@@ -18,6 +18,8 @@ impl Closest {
 }
 
 impl Gather for Closest {
+    const ORDERED: bool = true;
+
     #[inline]
     fn t_max(&self) -> f32 {
         self.t_max

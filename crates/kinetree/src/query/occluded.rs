@@ -18,6 +18,8 @@ impl Occluded {
 }
 
 impl Gather for Occluded {
+    const ORDERED: bool = false;
+
     #[inline]
     fn t_max(&self) -> f32 {
         self.t_max

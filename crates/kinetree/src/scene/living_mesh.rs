@@ -13,8 +13,8 @@ use crate::clock::Clock;
 use crate::geometry::Triangles;
 use crate::threads::Threads;
 use crate::traverse::Posed;
-use crate::tree::Bvh;
-use crate::update::{Action, BuildCost, Candidate, Edit, Motion, Reason, decide, has_rotted, refit};
+use crate::update::{Action, BuildCost, Candidate, Edit, Motion, Reason, decide, has_rotted};
+use crate::wide::WideMesh;
 
 #[derive(Debug)]
 pub(crate) struct LivingMesh {
@@ -49,7 +49,7 @@ impl LivingMesh {
             shape: Shape::Kept,
             normals: None,
             ring: Ring::default(),
-            build_cost: BuildCost::of(&Bvh::default()),
+            build_cost: BuildCost::of(&WideMesh::default()),
             drift: 1.0,
         }
     }
@@ -150,7 +150,7 @@ impl LivingMesh {
                 self.build_cost = BuildCost::of(from);
             }
             let Posed { bvh, triangles, .. } = &mut spare;
-            refit(from, bvh, |triangle| triangles.bounds_of(triangle), threads);
+            from.refit_into(bvh, triangles);
             self.drift = self.build_cost.drift(&spare.bvh);
             if has_rotted(self.drift) {
                 (report.action, report.reason) = (Action::Rebuilt, Reason::Drifted);
@@ -203,9 +203,9 @@ impl LivingMesh {
     }
 }
 
-fn grow(triangles: &Triangles, threads: &Threads) -> Bvh {
+fn grow(triangles: &Triangles, threads: &Threads) -> WideMesh {
     let options = BuildOptions { threads: threads.clone(), ..BuildOptions::default() };
-    binned(triangles.len(), |triangle| triangles.bounds_of(triangle), &options)
+    WideMesh::new(&binned(triangles.len(), |triangle| triangles.bounds_of(triangle), &options), triangles)
 }
 
 impl Edit {

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::input::check_finite;
 use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
-use crate::tree::Bvh;
+use crate::wide::WideMesh;
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
 #[derive(Debug, Clone)]
@@ -19,7 +19,7 @@ pub(crate) struct MeshData {
     pub(crate) morph_targets: Vec<MorphTarget>,
     pub(crate) skin: Option<Skin>,
     /// Of the rest pose; built by the first of several clones that bend.
-    pub(crate) first_build: OnceLock<Bvh>,
+    pub(crate) first_build: OnceLock<WideMesh>,
 }
 
 impl Mesh {

@@ -8,9 +8,8 @@ use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine, Ray};
 use crate::query::{Coherence, Hit, Query};
 use crate::traverse::Posed;
-use crate::tree::Bvh;
 use crate::update::Motion;
-use crate::wide::InstanceRecord;
+use crate::wide::{InstanceRecord, WideMesh, WideTop};
 
 /// One frame of a scene. It borrows nothing: keep it, send it, drop it anywhere. Clones share the frame.
 ///
@@ -75,7 +74,7 @@ impl Snapshot {
 
     /// The tree over the instances.
     #[doc(alias = "TLAS")]
-    pub fn top_level(&self) -> &Bvh {
+    pub fn top_level(&self) -> &WideTop {
         &self.0.world.top
     }
 
@@ -226,7 +225,7 @@ impl<'a> InstanceView<'a> {
 
     /// The tree over its triangles.
     #[doc(alias = "BLAS")]
-    pub fn bvh(&self) -> &'a Bvh {
+    pub fn bvh(&self) -> &'a WideMesh {
         &self.posed.bvh
     }
 }

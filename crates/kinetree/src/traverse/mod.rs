@@ -1,9 +1,13 @@
 //! Walking trees: one walk, many questions.
 
+mod block;
 mod two_level;
 mod walk;
+mod wide;
 mod work;
 
+pub(crate) use block::ShearedLanes;
 pub use two_level::{Posed, TwoLevel};
 pub use walk::{Visitor, walk};
+pub(crate) use wide::{Carefully, RayLanes, WideVisitor, walk_wide};
 pub use work::{Tally, Work};

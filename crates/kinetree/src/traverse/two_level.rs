@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use crate::geometry::Triangles;
-use crate::tree::Bvh;
-use crate::wide::InstanceRecord;
+use crate::simd::Level;
+use crate::wide::{InstanceRecord, WideMesh, WideTop};
 
 /// A mesh as it is in one frame, with its tree.
 #[doc(alias = "BLAS")]
 #[derive(Debug, Clone, Default)]
 pub struct Posed {
     /// Over the triangles, object space.
-    pub bvh: Bvh,
+    pub bvh: WideMesh,
     /// Object space.
     pub triangles: Triangles,
     /// One per vertex, or none at all.
@@ -20,12 +20,20 @@ pub struct Posed {
 
 /// A frame, as walks see it.
 #[doc(alias = "TLAS")]
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct TwoLevel {
     /// Over the instances, world space.
-    pub top: Bvh,
+    pub top: WideTop,
     /// What the top level leads to.
     pub instances: Vec<InstanceRecord>,
     /// What the instances lead to.
     pub meshes: Vec<Arc<Posed>>,
+    /// What walks are compiled for.
+    pub level: Level,
+}
+
+impl Default for TwoLevel {
+    fn default() -> Self {
+        Self { top: WideTop::default(), instances: Vec::new(), meshes: Vec::new(), level: Level::current() }
+    }
 }

@@ -11,6 +11,11 @@ pub trait Tally {
     fn leaf(&mut self) {}
     /// A triangle was tested.
     fn triangle(&mut self) {}
+    /// A block of triangles was tested.
+    #[inline(always)]
+    fn block(&mut self, triangles: u32) {
+        (0..triangles).for_each(|_| self.triangle());
+    }
     /// An instance was entered.
     fn instance(&mut self) {}
 }

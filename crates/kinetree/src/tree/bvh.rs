@@ -109,42 +109,10 @@ impl Bvh {
         deepest as usize
     }
 
-    /// Becomes a copy of another tree, in the memory that is there.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        let nodes = self.nodes_to_rewrite(other);
-        nodes.clear();
-        nodes.extend_from_slice(&other.nodes);
-    }
-
     /// The same tree over primitives with other numbers.
     pub(crate) fn renumbered(mut self, number_of: &[u32]) -> Self {
         self.primitives.iter_mut().for_each(|primitive| *primitive = number_of[*primitive as usize]);
         self
-    }
-
-    /// The boxes of a few nodes that together contain everything: the tree cut off three levels below the root.
-    pub(crate) fn canopy(&self) -> impl Iterator<Item = Aabb> {
-        let mut boxes = [Aabb::EMPTY; 8];
-        let mut open = [(0_u32, 3_u32); 8];
-        let mut count = usize::from(!self.nodes.is_empty());
-        let mut found = 0;
-        while count > 0 {
-            count -= 1;
-            let (at, levels) = open[count];
-            let node = &self.nodes[at as usize];
-            match node.link.target() {
-                Target::Node(first) if levels > 0 => {
-                    open[count] = (first, levels - 1);
-                    open[count + 1] = (first + 1, levels - 1);
-                    count += 2;
-                }
-                _ => {
-                    boxes[found] = node.bounds;
-                    found += 1;
-                }
-            }
-        }
-        boxes.into_iter().take(found)
     }
 
     /// Takes over links and leaves of another tree, if they are others, and gives the boxes out for writing.

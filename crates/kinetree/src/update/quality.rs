@@ -4,6 +4,7 @@
 //! by its expected cost, not guessed from the number of frames (compare Lauterbach et al. 2006, "RT-DEFORM").
 
 use crate::tree::Bvh;
+use crate::wide::WideMesh;
 
 /// Costs that a tree is judged by; only ratios matter.
 const NODE_COST: f32 = 1.0;
@@ -14,20 +15,23 @@ const PRIMITIVE_COST: f32 = 1.0;
 pub(crate) struct BuildCost(f32);
 
 impl BuildCost {
-    pub(crate) fn of(tree: &Bvh) -> Self {
+    pub(crate) fn of(tree: &WideMesh) -> Self {
         Self(tree.cost(NODE_COST, PRIMITIVE_COST))
     }
 
     /// The expected cost of a ray now over that at the build: 1 when nothing got worse.
-    pub(crate) fn drift(self, now: &Bvh) -> f32 {
-        let cost = now.cost(NODE_COST, PRIMITIVE_COST);
-        if self.0 > 0.0 { cost / self.0 } else { 1.0 }
+    pub(crate) fn drift(self, now: &WideMesh) -> f32 {
+        ratio(now.cost(NODE_COST, PRIMITIVE_COST), self.0)
     }
 }
 
 /// How much dearer a ray through `now` is expected to be than through `built`, as a ratio.
 pub fn drift(built: &Bvh, now: &Bvh) -> f32 {
-    BuildCost::of(built).drift(now)
+    ratio(now.cost(NODE_COST, PRIMITIVE_COST), built.cost(NODE_COST, PRIMITIVE_COST))
+}
+
+fn ratio(now: f32, built: f32) -> f32 {
+    if built > 0.0 { now / built } else { 1.0 }
 }
 
 #[cfg(test)]

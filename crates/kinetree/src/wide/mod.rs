@@ -1,7 +1,18 @@
-//! What walks over instances read.
-//!
-//! The eight-way tree will stand here, beside the records that it leads to.
+//! The eight-way tree and its promises, and what its leaves lead to.
 
+mod block;
+mod collapse;
 mod instance;
+mod link;
+mod mesh;
+mod node;
+mod top;
+mod tree;
 
+pub use block::TriangleBlock;
 pub use instance::InstanceRecord;
+pub use link::{WideLink, WideTarget};
+pub use mesh::WideMesh;
+pub use node::{LANES, WideNode};
+pub use top::WideTop;
+pub use tree::{WIDE_STACK, WideTree, WideViolation};

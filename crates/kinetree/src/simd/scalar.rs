@@ -1,0 +1,105 @@
+//! The vocabulary in plain Rust: the slow twin of the others, and what other processors run.
+
+use super::Isa;
+
+#[derive(Clone, Copy)]
+pub(crate) struct Scalar;
+
+#[inline(always)]
+fn zip<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> f32) -> [f32; N] {
+    let mut out = [0.0; N];
+    for lane in 0..N {
+        out[lane] = f(a[lane], b[lane]);
+    }
+    out
+}
+
+#[inline(always)]
+fn mask<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> bool) -> u8 {
+    (0..N).fold(0, |bits, lane| bits | u8::from(f(a[lane], b[lane])) << lane)
+}
+
+impl Isa for Scalar {
+    type F8 = [f32; 8];
+    type F4 = [f32; 4];
+
+    #[inline(always)]
+    fn splat8(self, x: f32) -> [f32; 8] {
+        [x; 8]
+    }
+
+    #[inline(always)]
+    fn load8(self, x: &[f32; 8]) -> [f32; 8] {
+        *x
+    }
+
+    #[inline(always)]
+    fn store8(self, x: [f32; 8]) -> [f32; 8] {
+        x
+    }
+
+    #[inline(always)]
+    fn mul_sub8(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
+    }
+
+    #[inline(always)]
+    fn max8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn min8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn le8(self, a: [f32; 8], b: [f32; 8]) -> u8 {
+        mask(a, b, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    fn splat4(self, x: f32) -> [f32; 4] {
+        [x; 4]
+    }
+
+    #[inline(always)]
+    fn load4(self, x: &[f32; 4]) -> [f32; 4] {
+        *x
+    }
+
+    #[inline(always)]
+    fn store4(self, x: [f32; 4]) -> [f32; 4] {
+        x
+    }
+
+    #[inline(always)]
+    fn add4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| a + b)
+    }
+
+    #[inline(always)]
+    fn sub4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn mul4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn div4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn le4(self, a: [f32; 4], b: [f32; 4]) -> u8 {
+        mask(a, b, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    fn eq4(self, a: [f32; 4], b: [f32; 4]) -> u8 {
+        mask(a, b, |a, b| a == b)
+    }
+}

@@ -1,0 +1,67 @@
+//! Four triangles, tested at once.
+
+use crate::geometry::{Aabb, Triangle};
+
+/// How many triangles a block has room for.
+pub(crate) const BLOCK: usize = 4;
+
+/// The corners of up to four triangles, in three cache lines. A lane that is not in use has corners that are no numbers, which no ray hits.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct TriangleBlock {
+    /// `corners[corner][axis][lane]`.
+    pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
+    /// Numbers as the caller gave them; those of unused lanes are the same as the first.
+    pub(crate) primitives: [u32; BLOCK],
+    /// Lanes in use come first.
+    pub(crate) count: u32,
+    spare: [u32; 7],
+}
+
+const _: () = assert!(size_of::<TriangleBlock>() == 192);
+
+impl TriangleBlock {
+    /// # Panics
+    /// When there is no triangle, or more than four.
+    pub(crate) fn new(primitives: &[u32], triangle_of: impl Fn(u32) -> Triangle) -> Self {
+        assert!((1..=BLOCK).contains(&primitives.len()));
+        let mut block = Self {
+            corners: [[[f32::NAN; BLOCK]; 3]; 3],
+            primitives: [primitives[0]; BLOCK],
+            count: primitives.len() as u32,
+            spare: [0; 7],
+        };
+        block.primitives[..primitives.len()].copy_from_slice(primitives);
+        block.move_to(triangle_of);
+        block
+    }
+
+    /// Fetches the corners again.
+    #[inline]
+    pub(crate) fn move_to(&mut self, triangle_of: impl Fn(u32) -> Triangle) {
+        for lane in 0..self.count as usize {
+            let triangle = triangle_of(self.primitives[lane]);
+            for corner in 0..3 {
+                for axis in 0..3 {
+                    self.corners[corner][axis][lane] = triangle.corners[corner][axis];
+                }
+            }
+        }
+    }
+
+    #[inline]
+    pub(crate) fn triangle(&self, lane: usize) -> Triangle {
+        Triangle { corners: [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| self.corners[corner][axis][lane])) }
+    }
+
+    /// Numbers of the triangles.
+    pub fn primitives(&self) -> &[u32] {
+        &self.primitives[..self.count as usize]
+    }
+
+    /// The box that a tree keeps for these triangles.
+    #[inline]
+    pub(crate) fn bounds(&self) -> Aabb {
+        (0..self.count as usize).fold(Aabb::EMPTY, |all, lane| all.union(&self.triangle(lane).bounds().padded()))
+    }
+}

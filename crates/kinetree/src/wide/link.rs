@@ -1,0 +1,105 @@
+//! Where a lane of a wide node leads.
+
+use std::ops::Range;
+
+const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 28;
+const INDEX_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+
+/// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(transparent)]
+pub struct WideLink(u32);
+
+const _: () = assert!(size_of::<WideLink>() == 4);
+
+/// What a [`WideLink`] says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum WideTarget {
+    /// A node.
+    Node(u32),
+    /// Units: at least one, at most [`WideLink::MAX_UNITS`].
+    Units(Range<u32>),
+}
+
+impl WideLink {
+    /// The most units in a leaf.
+    pub const MAX_UNITS: u32 = 8;
+
+    /// Nodes and units are numbered below this.
+    pub const MAX_INDEX: u32 = INDEX_MASK;
+
+    /// To a node.
+    ///
+    /// # Panics
+    /// When the number is above [`WideLink::MAX_INDEX`].
+    pub fn node(index: u32) -> Self {
+        assert!(index <= INDEX_MASK, "node {index} has no room in a link");
+        Self(index)
+    }
+
+    /// To units.
+    ///
+    /// # Panics
+    /// When there is none, or more than [`WideLink::MAX_UNITS`], or the first is above [`WideLink::MAX_INDEX`].
+    pub fn units(range: Range<u32>) -> Self {
+        let count = range.end.saturating_sub(range.start);
+        assert!((1..=Self::MAX_UNITS).contains(&count), "a leaf of {count} units");
+        assert!(range.start <= INDEX_MASK, "unit {} has no room in a link", range.start);
+        Self(LEAF | (count - 1) << COUNT_SHIFT | range.start)
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    #[inline(always)]
+    pub(crate) fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Whether it leads to units.
+    #[inline(always)]
+    pub fn is_leaf(self) -> bool {
+        self.0 & LEAF != 0
+    }
+
+    /// The node, or the first unit.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        (self.0 & INDEX_MASK) as usize
+    }
+
+    /// How many units, of a leaf.
+    #[inline(always)]
+    pub(crate) fn unit_count(self) -> usize {
+        (self.0 >> COUNT_SHIFT & 7) as usize + 1
+    }
+
+    /// What it leads to.
+    pub fn target(self) -> WideTarget {
+        let first = self.0 & INDEX_MASK;
+        if self.is_leaf() {
+            WideTarget::Units(first..first + self.unit_count() as u32)
+        } else {
+            WideTarget::Node(first)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_in_comes_out() {
+        for index in [0, 1, 77, WideLink::MAX_INDEX] {
+            assert_eq!(WideLink::node(index).target(), WideTarget::Node(index));
+            for count in 1..=WideLink::MAX_UNITS {
+                let units = index..index + count;
+                assert_eq!(WideLink::units(units.clone()).target(), WideTarget::Units(units));
+            }
+        }
+    }
+}

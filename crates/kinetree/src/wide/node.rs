@@ -1,0 +1,65 @@
+//! One wide node: eight boxes, tested at once.
+
+use super::WideLink;
+use crate::geometry::Aabb;
+
+/// How many children a node has, at most.
+pub const LANES: usize = 8;
+
+/// Eight boxes and where they lead, in four cache lines. Both planes of an axis share a line.
+///
+/// A lane that is not in use has an empty box. The lanes in use come first, likelier blockers of shadow rays (larger boxes) before others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub struct WideNode {
+    /// `planes[axis][side][lane]`: side 0 is the lower plane, side 1 the upper one.
+    pub(crate) planes: [[[f32; LANES]; 2]; 3],
+    pub(crate) links: [u32; LANES],
+    /// Lanes in use, one bit each.
+    pub(crate) in_use: u32,
+    /// The lane that leads here: eight times the number of the parent, plus the lane. Nothing for the root.
+    pub(crate) parent_lane: u32,
+    spare: [u32; 6],
+}
+
+const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
+
+impl WideNode {
+    pub(crate) fn new(parent_lane: u32) -> Self {
+        Self {
+            planes: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3],
+            links: [0; LANES],
+            in_use: 0,
+            parent_lane,
+            spare: [0; 6],
+        }
+    }
+
+    pub(crate) fn set_box(&mut self, lane: usize, bounds: &Aabb) {
+        for axis in 0..3 {
+            self.planes[axis][0][lane] = bounds.min[axis];
+            self.planes[axis][1][lane] = bounds.max[axis];
+        }
+    }
+
+    /// The box of a lane.
+    #[inline]
+    pub fn bounds(&self, lane: usize) -> Aabb {
+        Aabb::new([0, 1, 2].map(|axis| self.planes[axis][0][lane]), [0, 1, 2].map(|axis| self.planes[axis][1][lane]))
+    }
+
+    /// The box around all lanes.
+    pub fn all_bounds(&self) -> Aabb {
+        (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
+    }
+
+    /// Where a lane leads, if it is in use.
+    pub fn link(&self, lane: usize) -> Option<WideLink> {
+        (self.in_use >> lane & 1 == 1).then(|| WideLink::from_bits(self.links[lane]))
+    }
+
+    /// Lanes in use.
+    pub fn lanes(&self) -> impl Iterator<Item = (usize, WideLink)> + '_ {
+        (0..LANES).filter_map(|lane| Some((lane, self.link(lane)?)))
+    }
+}

@@ -1,0 +1,94 @@
+//! A wide tree over instances.
+
+use super::collapse::{Costs, collapse};
+use super::{WideTree, WideViolation};
+use crate::geometry::Aabb;
+use crate::tree::Bvh;
+
+/// An instance costs some nodes: it is entered alone.
+const COSTS: Costs = Costs { node: 1.0, unit: 3.0, unit_size: 1, max_units: 1 };
+
+/// An eight-way tree whose leaves are instance records.
+#[doc(alias = "TLAS")]
+#[derive(Debug, Clone, Default)]
+pub struct WideTop {
+    tree: WideTree,
+    instances: Vec<u32>,
+}
+
+impl WideTop {
+    /// Collapses a binary tree over instances, each alone in its leaf.
+    pub(crate) fn new(binary: &Bvh) -> Self {
+        let mut instances = Vec::with_capacity(binary.primitives().len());
+        let tree = collapse(binary, &COSTS, |places| {
+            let first = instances.len() as u32;
+            instances.extend(&binary.primitives()[places.start as usize..places.end as usize]);
+            first..instances.len() as u32
+        });
+        Self { tree, instances }
+    }
+
+    /// Becomes a copy, in the memory that is there.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.tree.nodes.clone_from(&other.tree.nodes);
+        self.tree.units = other.tree.units;
+        self.tree.bounds = other.tree.bounds;
+        self.instances.clone_from(&other.instances);
+    }
+
+    /// The nodes.
+    #[inline(always)]
+    pub fn tree(&self) -> &WideTree {
+        &self.tree
+    }
+
+    /// Numbers of instance records, in the order of the leaves.
+    #[inline(always)]
+    pub fn instances(&self) -> &[u32] {
+        &self.instances
+    }
+
+    /// The box around everything.
+    #[inline(always)]
+    pub fn bounds(&self) -> Aabb {
+        self.tree.bounds()
+    }
+
+    /// How many instances there are.
+    pub fn primitive_count(&self) -> usize {
+        self.instances.len()
+    }
+
+    /// How many nodes there are.
+    pub fn node_count(&self) -> usize {
+        self.tree.node_count()
+    }
+
+    /// The number of nodes on the longest path from the root.
+    pub fn depth(&self) -> usize {
+        self.tree.depth()
+    }
+
+    /// Bytes held.
+    pub fn memory(&self) -> usize {
+        self.tree.memory() + self.instances.capacity() * size_of::<u32>()
+    }
+
+    /// The expected cost of a ray that hits the root, in visits of nodes and entries of instances.
+    pub fn cost(&self, node_cost: f32, instance_cost: f32) -> f32 {
+        self.tree.cost(node_cost, instance_cost)
+    }
+
+    /// See [`WideTree::overlap`].
+    pub fn overlap(&self) -> f32 {
+        self.tree.overlap()
+    }
+
+    /// Checks the promises of the tree.
+    ///
+    /// # Errors
+    /// The first promise that does not hold, and where.
+    pub fn validate(&self) -> Result<(), WideViolation> {
+        self.tree.validate()
+    }
+}

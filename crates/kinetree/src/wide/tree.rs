@@ -1,0 +1,204 @@
+//! A tree of wide nodes, whatever its leaves lead to.
+
+use thiserror::Error;
+
+use super::node::LANES;
+use super::{WideLink, WideNode, WideTarget};
+use crate::geometry::Aabb;
+use crate::tree::MAX_DEPTH;
+
+/// Room for everything that a walk can have set aside: of each level at most seven, and eight of the last.
+pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
+
+/// An eight-way tree of boxes. Always:
+/// 1. node 0 is the root;
+/// 2. the lanes in use are the first ones, and there is at least one;
+/// 3. the box of a lane contains the boxes of the node that it leads to;
+/// 4. every unit is in exactly one leaf;
+/// 5. no child stands before its parent, so a backwards walk refits; each node knows the lane that leads to it;
+/// 6. no path is longer than [`MAX_DEPTH`](crate::tree::MAX_DEPTH).
+///
+/// A tree without units has no nodes.
+#[derive(Debug, Clone, Default)]
+pub struct WideTree {
+    pub(super) nodes: Vec<WideNode>,
+    /// How many units the leaves lead to.
+    pub(super) units: u32,
+    pub(super) bounds: Aabb,
+}
+
+/// The first promise of a [`WideTree`] that does not hold, and where.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("promise {promise}: {what} at node {node}, lane {lane}")]
+pub struct WideViolation {
+    /// Its number.
+    pub promise: u32,
+    /// What was found.
+    pub what: &'static str,
+    /// Where.
+    pub node: usize,
+    /// Where in the node.
+    pub lane: usize,
+}
+
+impl WideTree {
+    /// All nodes; the root is the first.
+    #[inline(always)]
+    pub fn nodes(&self) -> &[WideNode] {
+        &self.nodes
+    }
+
+    /// The box around everything.
+    #[inline(always)]
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// How many units the leaves lead to.
+    pub fn unit_count(&self) -> usize {
+        self.units as usize
+    }
+
+    /// How many nodes there are.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Bytes held.
+    pub fn memory(&self) -> usize {
+        self.nodes.capacity() * size_of::<WideNode>()
+    }
+
+    /// The number of nodes on the longest path from the root.
+    pub fn depth(&self) -> usize {
+        let mut depth_of = vec![1_usize; self.nodes.len()];
+        for (at, node) in self.nodes.iter().enumerate() {
+            for (_, link) in node.lanes() {
+                if let WideTarget::Node(child) = link.target() {
+                    depth_of[child as usize] = depth_of[at] + 1;
+                }
+            }
+        }
+        depth_of.into_iter().max().unwrap_or(0)
+    }
+
+    /// The expected cost of a ray that hits the root: visits of nodes and tests of units, each weighed by the chance of a random line that crosses the root
+    /// to cross it too.
+    pub fn cost(&self, node_cost: f32, unit_cost: f32) -> f32 {
+        let root = f64::from(self.bounds.half_area());
+        let share = |area: f32| if root > 0.0 && root.is_finite() { f64::from(area) / root } else { 1.0 };
+        let below = |node: &WideNode| -> f64 {
+            node.lanes()
+                .map(|(lane, link)| {
+                    share(node.bounds(lane).half_area())
+                        * match link.target() {
+                            WideTarget::Node(_) => f64::from(node_cost),
+                            WideTarget::Units(units) => f64::from(unit_cost) * units.len() as f64,
+                        }
+                })
+                .sum()
+        };
+        let root_visit = if self.nodes.is_empty() { 0.0 } else { f64::from(node_cost) };
+        (root_visit + self.nodes.iter().map(below).sum::<f64>()) as f32
+    }
+
+    /// How much siblings stand in each other's way: the summed area of what they have in common, pair by pair, over the root's area.
+    pub fn overlap(&self) -> f32 {
+        let root = f64::from(self.bounds.half_area());
+        let mut shared = 0.0;
+        for node in &self.nodes {
+            for (lane, _) in node.lanes() {
+                for (other, _) in node.lanes().take_while(|(other, _)| *other < lane) {
+                    shared += f64::from(node.bounds(lane).intersection(&node.bounds(other)).half_area());
+                }
+            }
+        }
+        if root > 0.0 && root.is_finite() { (shared / root) as f32 } else { 0.0 }
+    }
+
+    /// Checks promises 1 to 6.
+    ///
+    /// # Errors
+    /// The first promise that does not hold, and where.
+    pub fn validate(&self) -> Result<(), WideViolation> {
+        let mut depth_of = vec![0_usize; self.nodes.len()];
+        let mut met = vec![false; self.units as usize];
+        if let Some(root) = depth_of.first_mut() {
+            *root = 1;
+        }
+        for (at, node) in self.nodes.iter().enumerate() {
+            let violation = |promise, what, lane| Err(WideViolation { promise, what, node: at, lane });
+            if depth_of[at] == 0 {
+                return violation(5, "a node without a parent", 0);
+            }
+            if depth_of[at] > MAX_DEPTH {
+                return violation(6, "a path that is too long", 0);
+            }
+            if node.in_use == 0 || node.in_use & (node.in_use + 1) != 0 || node.in_use > 0xff {
+                return violation(2, "lanes with gaps, or none", 0);
+            }
+            for (lane, link) in node.lanes() {
+                let bounds = node.bounds(lane);
+                if bounds.min.iter().chain(&bounds.max).any(|x| x.is_nan()) {
+                    return violation(3, "a box that is no number", lane);
+                }
+                match link.target() {
+                    WideTarget::Node(child) => {
+                        let child = child as usize;
+                        if child <= at || child >= self.nodes.len() || depth_of[child] != 0 {
+                            return violation(5, "a child before its parent, with two parents, or nowhere", lane);
+                        }
+                        if self.nodes[child].parent_lane as usize != at * LANES + lane {
+                            return violation(5, "a child that does not know its parent", lane);
+                        }
+                        if !bounds.contains(&self.nodes[child].all_bounds()) {
+                            return violation(3, "a child that reaches out of its parent", lane);
+                        }
+                        depth_of[child] = depth_of[at] + 1;
+                    }
+                    WideTarget::Units(units) => {
+                        for unit in units {
+                            match met.get_mut(unit as usize) {
+                                Some(met) if !*met => *met = true,
+                                _ => return violation(4, "a unit that is in two leaves, or nowhere", lane),
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        match met.iter().position(|met| !met) {
+            Some(node) => Err(WideViolation { promise: 4, what: "a unit in no leaf (its number)", node, lane: 0 }),
+            None if self.nodes.first().is_some_and(|root| !self.bounds.contains(&root.all_bounds())) => {
+                Err(WideViolation { promise: 3, what: "a root larger than the whole", node: 0, lane: 0 })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// New boxes, from the units up: backwards, because no child stands before its parent. Boxes are read from nowhere but the units.
+    pub(super) fn refit(&mut self, bounds_of_unit: impl Fn(u32) -> Aabb) {
+        for at in (0..self.nodes.len()).rev() {
+            let mut all = Aabb::EMPTY;
+            for lane in 0..LANES {
+                let Some(link) = self.nodes[at].link(lane) else { break };
+                if let WideTarget::Units(units) = link.target() {
+                    let bounds = units.fold(Aabb::EMPTY, |all, unit| all.union(&bounds_of_unit(unit)));
+                    self.nodes[at].set_box(lane, &bounds);
+                }
+                // The boxes of lanes that lead to nodes were written when those were visited.
+                all = all.union(&self.nodes[at].bounds(lane));
+            }
+            let parent = self.nodes[at].parent_lane as usize;
+            match at {
+                0 => self.bounds = all,
+                _ => self.nodes[parent / LANES].set_box(parent % LANES, &all),
+            }
+        }
+    }
+
+    pub(super) fn link_of_lane(&mut self, parent_lane: u32, link: WideLink) {
+        let (node, lane) = (parent_lane as usize / LANES, parent_lane as usize % LANES);
+        self.nodes[node].links[lane] = link.bits();
+    }
+}

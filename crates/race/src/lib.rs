@@ -1,0 +1,122 @@
+//! The built-in race of kinetree: a moving scene that the program makes from a seed, with no file.
+//!
+//! Two cars race round a banked circuit on a late afternoon; trees bend in the wind, a flag waves, tyres smoke, and
+//! some thousand spectators watch. Every kind of [`Motion`](kinetree::Motion) is there. After
+//! [`duration`](kinetree_render::Animation::duration) seconds it begins again.
+//!
+//! ```
+//! let mut race = kinetree_race::world(1);
+//! let frame = race.frame(2.5)?;
+//! assert!(frame.view.instances().len() > 1000);
+//! # Ok::<(), kinetree::EditError>(())
+//! ```
+//!
+//! # The map
+//!
+//! | | |
+//! |---|---|
+//! | the line of the circuit, and the land | `track`, `ground` |
+//! | what is built | `road`, `roadside`, `stands` |
+//! | what grows, who watches | `tree`, `forest`, `crowd` |
+//! | the cars, and where they are | `car`, `cabin`, `trim`, `wheel`; `driving`, `cars` |
+//! | what else moves, and all of it | `flag`, `smoke`; `animation` |
+//! | from where it is seen | `cameras` |
+//! | making meshes | `meshing`, `shapes`, `loft`, `curve` |
+//! | making images and materials | `canvas`, `font`, `textures`, `palette` |
+//! | chance, and the scene being filled | `rng`, `stage` |
+
+mod animation;
+mod cabin;
+mod cameras;
+mod canvas;
+mod car;
+mod cars;
+mod crowd;
+mod curve;
+mod driving;
+mod flag;
+mod font;
+mod forest;
+mod ground;
+mod loft;
+mod meshing;
+mod palette;
+mod rng;
+mod road;
+mod roadside;
+mod shapes;
+mod smoke;
+mod stage;
+mod stands;
+mod textures;
+mod track;
+mod tree;
+mod trim;
+mod wheel;
+
+use std::sync::Arc;
+
+use glam::{Affine3A, Vec3};
+use kinetree::{EditError, Motion, Scene};
+use kinetree_render::{Light, LightSource, Look, Sky, World};
+
+use animation::Race;
+use driving::Driving;
+use ground::Ground;
+use palette::Palette;
+use stage::Stage;
+
+/// The race. The seed decides how the hills lie, where the trees stand, who sits where and how the wind blows; the
+/// circuit is always the same.
+///
+/// The first camera, "track", sees both cars in the banked corner at time 0; "chase", "front" and "wheel" ride with
+/// them; the others are "aerial", "grandstand", "pit" and "hairpin".
+pub fn world(seed: u64) -> World {
+    build(seed).expect("the race's meshes are sound, and it edits with handles of its own")
+}
+
+fn build(seed: u64) -> Result<World, EditError> {
+    let mut look = Look { sky: SKY, ..Look::default() };
+    let palette = Palette::new(seed, &mut look);
+    let mut stage = Stage { scene: Scene::new(), look };
+    let driving = Driving::new();
+    let track = driving.track();
+    let ground = Ground::new(seed, track);
+
+    let here = Affine3A::IDENTITY;
+    let land = stage.prop(ground.terrain(&palette), Motion::Static)?;
+    stage.put_in_world(land, &here)?;
+    let asphalt = stage.prop(road::road(seed, track, &ground, &palette), Motion::Static)?;
+    stage.put_in_world(asphalt, &here)?;
+    roadside::build(&mut stage, track, &ground, &palette)?;
+    let grandstands = stands::placements(track, &ground);
+    let stand = stage.prop(stands::stand(&palette), Motion::Static)?;
+    for placement in &grandstands {
+        stage.put_in_world(stand, placement)?;
+    }
+
+    let jumpers = crowd::seat(&mut stage, seed, &grandstands, &palette)?;
+    let trees = forest::plant(&mut stage, seed, &ground, &grandstands, &palette)?;
+    let mut flags = Vec::new();
+    for (index, &[x, z]) in FLAGS.iter().enumerate() {
+        flags.push(flag::raise(&mut stage, ground.below(x, z), 2.1 * index as f32, &palette)?);
+    }
+    let smoke = smoke::prepare(&mut stage, seed, &palette)?;
+    let cars = cars::build(&mut stage, &palette)?;
+
+    let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node]);
+    let lights = vec![LightSource { node: None, light: sun() }];
+    let motion = Box::new(Race { driving, cars, trees, flags, smoke, jumpers });
+    Ok(World { scene: stage.scene, look: Arc::new(stage.look), lights, cameras, motion })
+}
+
+/// Where flags wave: x, z.
+const FLAGS: [[f32; 2]; 3] = [[189.0, 6.0], [5.0, 62.0], [38.0, 62.0]];
+
+const SKY: Sky = Sky::Gradient { zenith: [0.06, 0.17, 0.52], horizon: [0.47, 0.60, 0.80], ground: [0.20, 0.19, 0.14] };
+
+/// Low in the west, an hour before it sets.
+fn sun() -> Light {
+    let direction = Vec3::new(0.80, -0.40, 0.45).normalize().to_array();
+    Light::Sun { direction, irradiance: [6.0, 4.15, 2.45], angle: 0.02 }
+}

@@ -1,0 +1,65 @@
+//! Where things are put: a scene and its look, filled together.
+
+use glam::Affine3A;
+use kinetree::{Affine, EditError, InstanceId, Mesh, MeshId, Motion, NodeId, Scene};
+use kinetree_render::{Alpha, Look, Surface};
+
+use crate::meshing::Sketch;
+
+/// A scene and its look in the making.
+pub(crate) struct Stage {
+    pub(crate) scene: Scene,
+    pub(crate) look: Look,
+}
+
+/// A mesh that is in the scene, and what it wears: ready to be put up any number of times.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prop {
+    pub(crate) mesh: MeshId,
+    /// Index into [`Look::surfaces`].
+    surface: u32,
+    /// No part of it is masked or translucent.
+    opaque: bool,
+}
+
+impl Stage {
+    /// Adds a sketch as a mesh.
+    pub(crate) fn prop(&mut self, sketch: Sketch, motion: Motion) -> Result<Prop, EditError> {
+        let (mesh, surface) = sketch.finish()?;
+        self.dressed(mesh, surface, motion)
+    }
+
+    /// Adds a mesh and what it wears.
+    pub(crate) fn dressed(&mut self, mesh: Mesh, surface: Surface, motion: Motion) -> Result<Prop, EditError> {
+        let mesh = self.scene.add_mesh(mesh, motion)?;
+        Ok(self.again(mesh, surface))
+    }
+
+    /// A mesh that is there already, in other clothes.
+    pub(crate) fn again(&mut self, mesh: MeshId, surface: Surface) -> Prop {
+        let materials = &self.look.materials;
+        let opaque = surface.parts.iter().all(|part| materials[part.material as usize].alpha == Alpha::Opaque);
+        self.look.surfaces.push(surface);
+        Prop { mesh, surface: self.look.surfaces.len() as u32 - 1, opaque }
+    }
+
+    /// Puts up an instance in the space of a node.
+    pub(crate) fn put(&mut self, node: NodeId, prop: Prop, placement: &Affine3A) -> Result<InstanceId, EditError> {
+        let instance = self.scene.add_instance(node, prop.mesh, affine(placement))?;
+        self.scene.set_user_id(instance, prop.surface)?;
+        self.scene.set_opaque(instance, prop.opaque)?;
+        Ok(instance)
+    }
+
+    /// Puts up an instance in world space.
+    pub(crate) fn put_in_world(&mut self, prop: Prop, placement: &Affine3A) -> Result<InstanceId, EditError> {
+        let root = self.scene.root();
+        self.put(root, prop, placement)
+    }
+}
+
+/// A placement as the scene takes it.
+pub(crate) fn affine(placement: &Affine3A) -> Affine {
+    let [x, y, z] = [placement.x_axis, placement.y_axis, placement.z_axis].map(|axis| axis.to_array());
+    Affine::from_columns(x, y, z, placement.translation.to_array())
+}
