@@ -8,7 +8,9 @@ mod cut;
 mod grow;
 mod options;
 mod reference;
+mod triangles;
 
 pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
 pub use binned::binned;
-pub use options::BuildOptions;
+pub use options::{BuildOptions, Quality};
+pub use triangles::triangles;

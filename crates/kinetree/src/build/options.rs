@@ -3,10 +3,26 @@
 use crate::threads::Threads;
 use crate::tree::Link;
 
-/// How a tree is grown. The defaults suit the walk of this library.
+/// How much build time to trade for traversal speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quality {
+    /// For what is rebuilt every frame.
+    Fastest,
+    /// For what is built while the game runs.
+    #[default]
+    Fast,
+    /// For what is built while a level loads.
+    Balanced,
+    /// For what is built once and traced for long.
+    Best,
+}
+
+/// How a tree is grown. The defaults suit the walks of this library.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct BuildOptions {
+    /// How much build time to trade for traversal speed.
+    pub quality: Quality,
     /// Cost of visiting a node, in units of one primitive test. A larger one gives larger leaves.
     pub node_cost: f32,
     /// The most primitives in a leaf; at least 1, at most [`Link::MAX_COUNT`].
@@ -17,7 +33,7 @@ pub struct BuildOptions {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { node_cost: 1.0, max_leaf: 2, threads: Threads::default() }
+        Self { quality: Quality::default(), node_cost: 1.0, max_leaf: 2, threads: Threads::default() }
     }
 }
 

@@ -8,7 +8,7 @@ use super::mesh::MeshData;
 use super::pose::KeptPose;
 use super::report::MeshReport;
 use super::ring::Ring;
-use crate::build::{BuildOptions, binned};
+use crate::build::{self, BuildOptions, Quality};
 use crate::clock::Clock;
 use crate::geometry::Triangles;
 use crate::threads::Threads;
@@ -100,7 +100,7 @@ impl LivingMesh {
             let rest = Triangles::new(data.positions.clone(), data.triangles.clone());
             let rest = rest.expect("a mesh has only indices in range");
             // Another scene may have been faster; the trees are the same.
-            let _ = data.first_build.set(grow(&rest, threads));
+            let _ = data.first_build.set(grow(&rest, self.motion, threads));
         }
     }
 
@@ -157,7 +157,7 @@ impl LivingMesh {
             }
         }
         if from.is_none() || report.reason == Reason::Drifted {
-            spare.bvh = grow(&spare.triangles, threads);
+            spare.bvh = grow(&spare.triangles, self.motion, threads);
             self.build_cost = BuildCost::of(&spare.bvh);
             self.drift = 1.0;
         }
@@ -203,9 +203,14 @@ impl LivingMesh {
     }
 }
 
-fn grow(triangles: &Triangles, threads: &Threads) -> WideMesh {
-    let options = BuildOptions { threads: threads.clone(), ..BuildOptions::default() };
-    WideMesh::new(&binned(triangles.len(), |triangle| triangles.bounds_of(triangle), &options), triangles)
+fn grow(triangles: &Triangles, motion: Motion, threads: &Threads) -> WideMesh {
+    let quality = match motion {
+        Motion::Static => Quality::Balanced,
+        Motion::Rigid | Motion::Deforming => Quality::Fast,
+        Motion::Rebuilt => Quality::Fastest,
+    };
+    let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
+    WideMesh::new(&build::triangles(triangles, &options), triangles)
 }
 
 impl Edit {
