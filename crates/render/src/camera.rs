@@ -1,6 +1,7 @@
 //! Pinhole cameras.
 
-use kinetree::Affine;
+use glam::Vec3;
+use kinetree::{Affine, Ray};
 
 /// A pinhole camera. Without rotation it looks along -z, with +y up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,5 +21,89 @@ impl Camera {
     /// Where it stands, metres, world space.
     pub fn position(&self) -> [f32; 3] {
         self.world_from_camera.translation
+    }
+}
+
+/// A camera made ready to look through a picture of some shape.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lens {
+    eye: Vec3,
+    forward: Vec3,
+    /// From the middle of the picture to its right edge, at distance one.
+    right: Vec3,
+    /// From the middle of the picture to its upper edge, at distance one.
+    up: Vec3,
+}
+
+impl Lens {
+    /// `aspect` is width over height. Axes that are no axes are replaced by some that are, and the field of view is kept
+    /// between a thousandth and just under half a turn.
+    pub(crate) fn new(camera: &Camera, aspect: f32) -> Self {
+        let placement = &camera.world_from_camera;
+        let finite =
+            |vector: [f32; 3]| Some(Vec3::from(vector)).filter(|vector| vector.is_finite()).unwrap_or(Vec3::ZERO);
+        let back = finite(placement.z_axis).normalize_or(Vec3::Z);
+        let right = finite(placement.y_axis).cross(back).normalize_or(back.any_orthonormal_vector());
+        let fov = if camera.fov_y.is_finite() { camera.fov_y.clamp(1e-3, 3.1) } else { 1.0 };
+        let half = (fov * 0.5).tan();
+        Self {
+            eye: finite(placement.translation),
+            forward: -back,
+            right: right * half * aspect,
+            up: back.cross(right) * half,
+        }
+    }
+
+    /// Whether a point lies in the picture, whatever stands in front of it.
+    pub(crate) fn frames(&self, point: Vec3) -> bool {
+        let offset = point - self.eye;
+        let depth = offset.dot(self.forward);
+        let within = |edge: Vec3| offset.dot(edge).abs() <= depth * edge.length_squared();
+        depth > 0.0 && within(self.right) && within(self.up)
+    }
+
+    /// The ray through a place of the picture: (0, 0) is the upper left corner, (1, 1) the lower right. Of length one.
+    pub(crate) fn ray(&self, [x, y]: [f32; 2]) -> Ray {
+        let direction = self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y);
+        Ray::new(self.eye.into(), direction.normalize().into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_picture_is_upright_and_as_wide_as_its_aspect() {
+        let camera = Camera { world_from_camera: Affine::IDENTITY, fov_y: std::f32::consts::FRAC_PI_2 };
+        let lens = Lens::new(&camera, 2.0);
+        let at = |x, y| {
+            let direction = Vec3::from(lens.ray([x, y]).direction);
+            direction / -direction.z
+        };
+        assert!((at(0.5, 0.5) - Vec3::NEG_Z).length() < 1e-6);
+        assert!((at(0.0, 0.0) - Vec3::new(-2.0, 1.0, -1.0)).length() < 1e-5);
+        assert!((at(1.0, 1.0) - Vec3::new(2.0, -1.0, -1.0)).length() < 1e-5);
+    }
+
+    #[test]
+    fn what_lies_on_a_ray_of_the_picture_is_framed() {
+        let lens = Lens::new(&Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7), 1.5);
+        for (place, framed) in [([0.01, 0.99], true), ([0.99, 0.01], true), ([-0.01, 0.5], false), ([0.5, 1.01], false)]
+        {
+            let ray = lens.ray(place);
+            assert_eq!(lens.frames(ray.at(7.0).into()), framed, "{place:?}");
+            assert!(!lens.frames((2.0 * Vec3::from(ray.origin)) - Vec3::from(ray.at(7.0))), "behind {place:?}");
+        }
+    }
+
+    #[test]
+    fn awkward_cameras_look_somewhere() {
+        for value in [0.0, f32::NAN, f32::INFINITY, -1.0] {
+            let axis = [value; 3];
+            let camera = Camera { world_from_camera: Affine::from_columns(axis, axis, axis, axis), fov_y: value };
+            let ray = Lens::new(&camera, 1.0).ray([0.25, 0.75]);
+            assert!(Vec3::from(ray.direction).is_normalized() && Vec3::from(ray.origin).is_finite());
+        }
     }
 }

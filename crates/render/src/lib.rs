@@ -1,13 +1,71 @@
 //! A path tracer for moving scenes, on [`kinetree`].
+//!
+//! A [`World`] is a scene with its look, lights, cameras and motion; a [`Frame`] is one moment of it, owned and unchanging;
+//! [`render`] makes a picture of a frame.
+//!
+//! ```
+//! use kinetree::{Affine, Mesh, Motion, Scene};
+//! use kinetree_render::{Camera, Frame, Light, Look, Settings, develop, render};
+//!
+//! let mut scene = Scene::new();
+//! let triangle = Mesh::new(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0]], &[[0, 1, 2]])?;
+//! let mesh = scene.add_mesh(triangle, Motion::Static)?;
+//! scene.add_instance(scene.root(), mesh, Affine::IDENTITY)?;
+//! let sun = Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [3.0; 3], angle: 0.0 };
+//! let frame = Frame { view: scene.commit(), look: Look::default().into(), lights: vec![sun], time: 0.0 };
+//! let camera = Camera::look_at([0.0, 0.5, 3.0], [0.0, 0.5, 0.0], 0.9);
+//! let settings = Settings { width: 32, height: 24, spp: 4, ..Settings::default() };
+//! let picture = render(&frame, &camera, &settings, &|_| std::ops::ControlFlow::Continue(()))?;
+//! let srgb: Vec<u8> = develop(&picture.film, 1.0);
+//! assert!(srgb[3 * (12 * 32 + 16)] > 100); // the middle is lit
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The map
+//!
+//! | | |
+//! |---|---|
+//! | what worlds are made of | `world`, `look`, `texture`, `light`, `camera` |
+//! | for who brings no light and no camera | `lighting`, `framing` |
+//! | from a frame to a film to bytes | `render`, `film`, `tonemap` |
+//! | what pictures show | `integrate`: `simple_path` first, then `path` |
+//! | what happens at a place | `dress`, `shading`, `origin`, `scatter` |
+//! | where light comes from | `lights` |
+//! | numbers | `sampler`, `warp`, `color` |
 
 mod camera;
+mod color;
+mod dress;
+mod film;
+mod framing;
+mod integrate;
 mod light;
+mod lighting;
+mod lights;
 mod look;
+mod origin;
+mod render;
+mod sampler;
+mod scatter;
+mod shading;
+mod stage;
 mod texture;
+mod tonemap;
+mod warp;
 mod world;
 
 pub use camera::Camera;
+pub use film::Film;
+pub use framing::default_camera;
+pub use integrate::{
+    Ambient, Heatmap, Ids, Integrator, IntegratorKind, Motions, Normals, Path, SimplePath, UnknownIntegrator,
+};
 pub use light::Light;
+pub use lighting::{daylight, default_lighting, is_dark};
 pub use look::{Alpha, Look, Material, Part, Scatter, Sky, Surface, TextureRef};
+pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings, render, render_with};
+pub use sampler::Sampler;
+pub use stage::{Stage, Tracer};
 pub use texture::{Filter, Texture, Wrap};
+pub use tonemap::{automatic_exposure, develop, encode};
 pub use world::{Animation, CameraSource, Frame, LightSource, Still, World};

@@ -1,5 +1,12 @@
 //! Images on surfaces: eight-bit texels, filtered bilinearly.
 
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec4};
+
+use crate::TextureRef;
+use crate::color::linear_from_srgb;
+
 /// An image with what is needed to look it up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
@@ -37,4 +44,133 @@ pub enum Filter {
     /// The four around the point, weighted.
     #[default]
     Bilinear,
+}
+
+/// The 256 linear values of eight-bit sRGB.
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|value| linear_from_srgb(value as u8)));
+
+impl Wrap {
+    /// A place on an endless axis, folded into `0..size`.
+    fn fold(self, place: i64, size: u32) -> usize {
+        let size = i64::from(size);
+        let folded = match self {
+            Self::Repeat => place.rem_euclid(size),
+            Self::Mirror => {
+                let twice = place.rem_euclid(2 * size);
+                twice.min(2 * size - 1 - twice)
+            }
+            Self::Clamp => place.clamp(0, size - 1),
+        };
+        folded as usize
+    }
+}
+
+impl Texture {
+    /// The colour at a place, linear RGBA in 0..=1. (0, 0) is the upper left corner of the image, (1, 1) the lower right.
+    /// A texture without texels, or with too few, is white; a place that is not finite counts as (0, 0).
+    pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
+        let texels = u64::from(self.width) * u64::from(self.height);
+        if texels == 0 || (self.texels.len() as u64) < texels {
+            return [1.0; 4];
+        }
+        let uv = Vec2::from(uv);
+        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
+        let place = uv * Vec2::new(self.width as f32, self.height as f32);
+        match self.filter {
+            Filter::Nearest => self.texel(place.x.floor() as i64, place.y.floor() as i64).to_array(),
+            Filter::Bilinear => {
+                let corner = (place - Vec2::splat(0.5)).floor();
+                let part = (place - Vec2::splat(0.5) - corner).clamp(Vec2::ZERO, Vec2::ONE);
+                let (x, y) = (corner.x as i64, corner.y as i64);
+                let (right, below) = (x.saturating_add(1), y.saturating_add(1));
+                let upper = self.texel(x, y).lerp(self.texel(right, y), part.x);
+                let lower = self.texel(x, below).lerp(self.texel(right, below), part.x);
+                upper.lerp(lower, part.y).to_array()
+            }
+        }
+    }
+
+    fn texel(&self, x: i64, y: i64) -> Vec4 {
+        let (x, y) = (self.wrap[0].fold(x, self.width), self.wrap[1].fold(y, self.height));
+        let [r, g, b, a] = self.texels[y * self.width as usize + x];
+        let plain = |value: u8| f32::from(value) / 255.0;
+        let color = |value: u8| if self.srgb { LINEAR[usize::from(value)] } else { plain(value) };
+        Vec4::new(color(r), color(g), color(b), plain(a))
+    }
+}
+
+impl TextureRef {
+    /// Texture coordinates of a surface as the image sees them: scaled, turned, moved.
+    pub fn transformed(&self, uv: [f32; 2]) -> [f32; 2] {
+        let (sin, cos) = self.rotation.sin_cos();
+        let [u, v] = [uv[0] * self.scale[0], uv[1] * self.scale[1]];
+        // Counter-clockwise as seen, with v pointing down.
+        [cos * u + sin * v + self.offset[0], -sin * u + cos * v + self.offset[1]]
+    }
+
+    /// The colour at a place of a surface, linear RGBA in 0..=1; white when there is no such texture.
+    pub fn lookup(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 4] {
+        textures.get(self.texture as usize).map_or([1.0; 4], |texture| texture.lookup(self.transformed(uv)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn board(wrap: Wrap, filter: Filter) -> Texture {
+        let texels = vec![[0, 0, 0, 255], [255, 255, 255, 255], [255, 0, 0, 0], [188, 188, 188, 51]];
+        Texture { width: 2, height: 2, texels, srgb: true, wrap: [wrap; 2], filter }
+    }
+
+    fn close(a: [f32; 4], b: [f32; 4]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-3)
+    }
+
+    #[test]
+    fn colour_is_decoded_and_alpha_is_not() {
+        let texture = board(Wrap::Clamp, Filter::Nearest);
+        assert!(close(texture.lookup([0.75, 0.75]), [0.503, 0.503, 0.503, 0.2]));
+        let raw = Texture { srgb: false, ..texture };
+        assert!(close(raw.lookup([0.75, 0.75]), [0.737, 0.737, 0.737, 0.2]));
+    }
+
+    #[test]
+    fn bilinear_is_the_texel_at_its_centre_and_the_mean_between() {
+        let texture = board(Wrap::Clamp, Filter::Bilinear);
+        assert!(close(texture.lookup([0.75, 0.25]), [1.0; 4]));
+        assert!(close(texture.lookup([0.5, 0.25]), [0.5, 0.5, 0.5, 1.0]));
+    }
+
+    #[test]
+    fn beyond_the_edge_lies_what_the_wrap_says() {
+        let at = |wrap, u| board(wrap, Filter::Nearest).lookup([u, 0.25])[0];
+        assert!(at(Wrap::Repeat, 1.25) < 0.5 && at(Wrap::Repeat, -0.25) > 0.5);
+        assert!(at(Wrap::Mirror, 1.25) > 0.5 && at(Wrap::Mirror, -0.25) < 0.5);
+        assert!(at(Wrap::Clamp, 1.25) > 0.5 && at(Wrap::Clamp, -0.25) < 0.5);
+    }
+
+    #[test]
+    fn awkward_places_and_textures_have_a_colour() {
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            for filter in [Filter::Nearest, Filter::Bilinear] {
+                for u in [f32::NAN, f32::INFINITY, f32::MAX, -f32::MAX, 1e20, -1e-30] {
+                    assert!(board(wrap, filter).lookup([u, u]).iter().all(|channel| (0.0..=1.0).contains(channel)));
+                }
+            }
+        }
+        let short = Texture { height: 1000, ..board(Wrap::Clamp, Filter::Bilinear) };
+        assert!(close(short.lookup([0.5, 0.9]), [1.0; 4]));
+        assert!(close(TextureRef::from(3).lookup(&[], [0.0; 2]), [1.0; 4]));
+    }
+
+    #[test]
+    fn a_reference_scales_then_turns_then_moves() {
+        let quarter = std::f32::consts::FRAC_PI_2;
+        let reference = TextureRef { texture: 0, scale: [2.0, 3.0], rotation: quarter, offset: [0.5, 0.25] };
+        let [u, v] = reference.transformed([1.0, 0.0]);
+        assert!((u - 0.5).abs() < 1e-6 && (v + 1.75).abs() < 1e-6);
+        let [u, v] = reference.transformed([0.0, 1.0]);
+        assert!((u - 3.5).abs() < 1e-6 && (v - 0.25).abs() < 1e-6);
+    }
 }

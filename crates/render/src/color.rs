@@ -1,0 +1,63 @@
+//! Linear RGB as three floats: the few things that all files need.
+
+use glam::Vec3;
+
+/// Luminance of linear RGB with the primaries of sRGB (ITU-R BT.709).
+pub(crate) fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// A number from zero to `most`; what is negative or not a number becomes zero.
+pub(crate) fn bounded(value: f32, most: f32) -> f32 {
+    if value > 0.0 { value.min(most) } else { 0.0 }
+}
+
+/// A colour that can be reckoned with: what is negative or not a number becomes black, infinity the largest number.
+pub(crate) fn cleaned(color: [f32; 3]) -> Vec3 {
+    Vec3::from(color.map(|channel| bounded(channel, f32::MAX)))
+}
+
+/// A reflectance: cleaned, and at most one.
+pub(crate) fn reflectance(color: [f32; 3]) -> Vec3 {
+    cleaned(color).min(Vec3::ONE)
+}
+
+/// From an eight-bit sRGB value to a linear one in 0..=1 (IEC 61966-2-1).
+pub(crate) fn linear_from_srgb(value: u8) -> f32 {
+    let encoded = f32::from(value) / 255.0;
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// From a linear value to the nearest eight-bit sRGB value; beyond 0..=1 it is cut off, NaN is black.
+pub(crate) fn srgb_from_linear(linear: f32) -> u8 {
+    let linear = bounded(linear, 1.0);
+    let encoded = if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (encoded * 255.0 + 0.5) as u8
+}
+
+/// A colour of the wheel: hue in turns, saturation and value in 0..=1.
+pub(crate) fn from_hue(hue: f32, saturation: f32, value: f32) -> Vec3 {
+    let wheel = Vec3::new(hue, hue + 1.0 / 3.0, hue + 2.0 / 3.0);
+    let channel = ((wheel - wheel.floor()) * 6.0 - Vec3::splat(3.0)).abs() - Vec3::ONE;
+    let channel = channel.clamp(Vec3::ZERO, Vec3::ONE);
+    (Vec3::ONE - (Vec3::ONE - channel) * saturation) * value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn encoding_undoes_decoding() {
+        for value in 0..=255 {
+            assert_eq!(srgb_from_linear(linear_from_srgb(value)), value);
+        }
+    }
+
+    #[test]
+    fn what_is_no_colour_becomes_one() {
+        assert_eq!(cleaned([f32::NAN, -1.0, f32::INFINITY]), Vec3::new(0.0, 0.0, f32::MAX));
+        assert_eq!(reflectance([f32::NAN, 0.5, 7.0]), Vec3::new(0.0, 0.5, 1.0));
+        assert_eq!(srgb_from_linear(f32::NAN), 0);
+    }
+}

@@ -1,0 +1,100 @@
+//! What a place on a triangle wears: its material, and the colours there.
+
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec3, Vec4};
+use kinetree::InstanceView;
+
+use crate::color::{bounded, cleaned, reflectance};
+use crate::sampler::{combine, unit_hash};
+use crate::{Alpha, Look, Material, Texture, TextureRef};
+
+/// What is worn where nothing is given.
+static WHITE: LazyLock<Material> = LazyLock::new(Material::default);
+
+/// A place on a triangle, dressed.
+#[derive(Clone, Copy)]
+pub(crate) struct Dress<'a> {
+    textures: &'a [Texture],
+    /// What the triangle is made of.
+    pub(crate) material: &'a Material,
+    uv: [f32; 2],
+    /// The vertex colours, blended.
+    tint: Vec4,
+}
+
+impl<'a> Dress<'a> {
+    /// The place with weights `u` and `v` of the second and third corner.
+    pub(crate) fn at(look: &'a Look, instance: &InstanceView<'_>, primitive: u32, [u, v]: [f32; 2]) -> Self {
+        let mut dress = Self { textures: &look.textures, material: &WHITE, uv: [0.0; 2], tint: Vec4::ONE };
+        let Some(surface) = look.surfaces.get(instance.user_id() as usize) else { return dress };
+        if let Some(material) = surface.material_of(primitive).and_then(|id| look.materials.get(id as usize)) {
+            dress.material = material;
+        }
+        let corners = instance.triangles()[primitive as usize].map(|vertex| vertex as usize);
+        let weights = [1.0 - u - v, u, v];
+        if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.uvs.get(vertex)) {
+            dress.uv = (Vec2::from(*a) * weights[0] + Vec2::from(*b) * weights[1] + Vec2::from(*c) * weights[2]).into();
+        }
+        if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.colors.get(vertex)) {
+            dress.tint = Vec4::from(*a) * weights[0] + Vec4::from(*b) * weights[1] + Vec4::from(*c) * weights[2];
+        }
+        dress
+    }
+
+    fn texture(&self, reference: &Option<TextureRef>) -> Vec4 {
+        reference.map_or(Vec4::ONE, |reference| reference.lookup(self.textures, self.uv).into())
+    }
+
+    /// Linear RGB, each in 0..=1.
+    pub(crate) fn base_color(&self) -> Vec3 {
+        let color = Vec4::from(self.material.base_color) * self.tint * self.texture(&self.material.base_color_texture);
+        reflectance(color.truncate().into())
+    }
+
+    /// Radiance that leaves on an emitting side, linear RGB.
+    pub(crate) fn emission(&self) -> Vec3 {
+        if !self.material.is_emissive() {
+            return Vec3::ZERO;
+        }
+        cleaned(self.material.emission) * self.texture(&self.material.emission_texture).truncate()
+    }
+
+    fn alpha(&self) -> f32 {
+        self.material.base_color[3] * self.tint.w * self.texture(&self.material.base_color_texture).w
+    }
+
+    /// How likely the surface is there at all, in 0..=1.
+    pub(crate) fn presence(&self) -> f32 {
+        match self.material.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Mask { cutoff } => f32::from(u8::from(self.alpha() >= cutoff)),
+            Alpha::Blend => bounded(self.alpha(), 1.0),
+        }
+    }
+}
+
+/// Decides whether a surface is there: as likely as its presence says, by a hash of the place and of the sample's salt, so
+/// that all who ask about one place within one sample are told the same.
+pub(crate) fn is_there(presence: f32, instance: u32, primitive: u32, [u, v]: [f32; 2], salt: u32) -> bool {
+    if presence <= 0.0 || presence >= 1.0 {
+        return presence > 0.0;
+    }
+    let place = combine(combine(instance, primitive), combine(u.to_bits(), v.to_bits()));
+    unit_hash(combine(place, salt)) < presence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blended_surface_is_there_as_often_as_its_alpha_says() {
+        let count = (0..100_000).filter(|&salt| is_there(0.3, 1, 2, [0.25, 0.5], salt)).count();
+        // Five standard deviations of a binomial are 725.
+        assert!(count.abs_diff(30_000) < 725, "{count}");
+        assert!(
+            (0..1000).all(|salt| is_there(1.0, 1, 2, [0.25, 0.5], salt) && !is_there(0.0, 1, 2, [0.25, 0.5], salt))
+        );
+    }
+}

@@ -1,0 +1,176 @@
+//! Path tracing that asks the lights: at every place that spreads light, one light of each group is sampled, and what
+//! paths find by themselves is weighed against that by the power heuristic. Paths that carry little are ended by Russian
+//! roulette.
+//!
+//! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"; Arvo and Kirk 1990,
+//! "Particle Transport and Image Synthesis" (roulette).
+
+use glam::Vec3;
+use kinetree::Ray;
+
+use super::Integrator;
+use crate::lights::LightSample;
+use crate::scatter::{Bounce, Kind};
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Tracer, scatter};
+
+/// Unbiased light transport, up to the number of bounces.
+#[derive(Debug, Clone, Copy)]
+pub struct Path {
+    /// How often a path may scatter.
+    pub max_depth: u32,
+    /// The most radiance that one path may bring from beyond its first bounce, if bounded: less noise, and less light.
+    pub clamp: Option<f32>,
+    /// The bounce from which paths may end by roulette.
+    pub roulette_from: u32,
+}
+
+impl Default for Path {
+    fn default() -> Self {
+        Self { max_depth: 64, clamp: None, roulette_from: 3 }
+    }
+}
+
+/// The latest place at which lights were asked, and how the path left it.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    /// Where its rays started.
+    position: Vec3,
+    normal: Vec3,
+    /// Per steradian.
+    density: f32,
+}
+
+/// A path on its way.
+struct Walk {
+    gathered: Vec3,
+    throughput: Vec3,
+    /// `None` when only mirrors and boundaries lie between here and the camera: then no light was asked about this way.
+    asked: Option<Asked>,
+    /// Product of eta squared: how much radiance was compressed on the way in, and will be spread on the way out.
+    compressed: f32,
+    /// What one contribution may add.
+    limit: f32,
+}
+
+impl Integrator for Path {
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
+        let lights = &tracer.stage().lights;
+        let mut ray = *ray;
+        let mut walk =
+            Walk { gathered: Vec3::ZERO, throughput: Vec3::ONE, asked: None, compressed: 1.0, limit: f32::INFINITY };
+        for bounce in 0..=self.max_depth {
+            sampler.begin_bounce(bounce);
+            if bounce > 0 {
+                walk.limit = self.clamp.unwrap_or(f32::INFINITY);
+            }
+            let direction = Vec3::from(ray.direction);
+            let Some(point) = tracer.see(&ray) else {
+                let normal = walk.asked.map_or(direction, |asked| asked.normal);
+                for (radiance, density) in lights.seen_far(direction, normal) {
+                    walk.find(radiance, |_| density);
+                }
+                break;
+            };
+            if point.emission != Vec3::ZERO {
+                walk.find(point.emission, |from| {
+                    lights.near_density(from, point.instance, point.primitive, point.position)
+                });
+            }
+            if bounce == self.max_depth {
+                break;
+            }
+            if scatter::is_spread(&point) {
+                let near = lights.sample_near(&point, sampler);
+                walk.ask(tracer, &point, near);
+                let punctual = lights.sample_punctual(&point, sampler);
+                walk.ask(tracer, &point, punctual);
+                let far = lights.sample_far(&point, sampler);
+                walk.ask(tracer, &point, far);
+            }
+            let Some(next) = scatter::sample(&point, -direction, sampler) else { break };
+            walk.follow(&point, &next);
+            if bounce >= self.roulette_from && !walk.survives(sampler.next_1d()) {
+                break;
+            }
+            ray = Ray::new(point.origin(next.direction).into(), next.direction.into());
+        }
+        walk.gathered.into()
+    }
+}
+
+impl Walk {
+    /// Adds light that the path came upon. `density` says how likely asking from a place would have found it.
+    fn find(&mut self, radiance: Vec3, density: impl Fn(Vec3) -> f32) {
+        let weight = self.asked.map_or(1.0, |asked| weight(asked.density, density(asked.position)));
+        self.add(self.throughput * radiance * weight);
+    }
+
+    /// Adds the light of a sampled light, as far as it gets through.
+    fn ask(&mut self, tracer: &mut Tracer<'_>, point: &ShadingPoint<'_>, light: Option<LightSample>) {
+        let Some(light) = light else { return };
+        let (scattered, density) = scatter::evaluate(point, light.direction);
+        if scattered == Vec3::ZERO {
+            return;
+        }
+        let weight = if light.is_delta { 1.0 } else { weight(light.density, density) };
+        let passed = tracer.transmitted(point, light.direction, light.distance);
+        self.add(self.throughput * scattered * passed * light.radiance * (weight / light.density));
+    }
+
+    fn add(&mut self, light: Vec3) {
+        let brightest = light.max_element();
+        self.gathered += if brightest > self.limit { light * (self.limit / brightest) } else { light };
+    }
+
+    /// Goes on in a direction.
+    fn follow(&mut self, point: &ShadingPoint<'_>, next: &Bounce) {
+        self.throughput *= next.weight;
+        match next.kind {
+            Kind::Spread { density } => {
+                let position = point.origin(point.facing);
+                self.asked = Some(Asked { position, normal: point.normal, density });
+            }
+            Kind::Mirrored => self.asked = None,
+            Kind::Refracted { eta } => {
+                self.asked = None;
+                self.compressed *= eta * eta;
+            }
+            Kind::Passed { probability } => {
+                if let Some(asked) = &mut self.asked {
+                    asked.density *= probability;
+                }
+            }
+        }
+    }
+
+    /// Roulette: the path goes on as likely as it carries light, and carries accordingly more. What was compressed by a
+    /// dense medium does not count as lost.
+    fn survives(&mut self, u: f32) -> bool {
+        let chance = (self.throughput.max_element() * self.compressed).min(1.0);
+        if u >= chance {
+            return false;
+        }
+        self.throughput /= chance;
+        true
+    }
+}
+
+/// The power heuristic with the square, for a way of density `own` against another of density `other`.
+fn weight(own: f32, other: f32) -> f32 {
+    let ratio = other / own;
+    let weight = 1.0 / (1.0 + ratio * ratio);
+    if weight.is_finite() { weight } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_of_two_ways_sum_to_one() {
+        for (a, b) in [(1.0, 1.0), (0.1, 3.0), (1e-20, 1e20), (0.0, 1.0), (1.0, 0.0)] {
+            assert!((weight(a, b) + weight(b, a) - 1.0).abs() < 1e-6, "{a} {b}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Light for worlds that bring none.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use glam::Vec3;
+use kinetree::EditError;
+
+use crate::color::luminance;
+use crate::lights::LightTable;
+use crate::{Camera, Frame, Light, LightSource, Settings, Sky, World, default_camera, render};
+
+/// Columns, rows and samples per pixel of the picture by which darkness is judged.
+const TRIAL: [u32; 3] = [32, 18, 32];
+/// A pixel is black when it has less than this part of the light of the brighter ones.
+const BLACK: f32 = 2e-4;
+/// Radiance of the middle pixel below which a scene is dark whatever the brighter ones have, W/(m^2 sr). Surfaces that are
+/// meant to glow emit about one; what they light to less than a thousandth was not meant to be lit by them.
+const DIM: f32 = 1e-3;
+
+/// A clear afternoon: a sky from pale to blue, and a sun that stands behind the left shoulder of who looks along -z.
+pub fn daylight() -> (Sky, Light) {
+    let sky = Sky::Gradient { zenith: [0.22, 0.42, 0.85], horizon: [0.75, 0.83, 0.95], ground: [0.22, 0.2, 0.18] };
+    let direction = Vec3::new(0.5, -0.75, -0.45).normalize().into();
+    (sky, Light::Sun { direction, irradiance: [3.6, 3.2, 2.7], angle: 0.0093 })
+}
+
+/// Whether a frame is dark as a camera sees it. It is not when there is a sun or a sky. Where there are lamps or glowing
+/// surfaces only, a small picture decides: it is dark when more than half of what it shows is black, by itself or beside the rest.
+///
+/// Traces a picture of a few hundred pixels if there are such lights.
+pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
+    let lights = LightTable::new(frame);
+    if lights.is_empty() || lights.has_far() {
+        return lights.is_empty();
+    }
+    let [width, height, spp] = TRIAL;
+    let settings = Settings { width, height, spp, max_depth: 8, ..Settings::default() };
+    let Ok(trial) = render(frame, camera, &settings, &|_| ControlFlow::Continue(())) else { return false };
+    let mut light: Vec<f32> = trial.film.pixels().iter().map(|&pixel| luminance(Vec3::from(pixel))).collect();
+    light.sort_unstable_by(f32::total_cmp);
+    let (middle, bright) = (light[light.len() / 2], light[light.len() * 19 / 20]);
+    middle <= DIM.max(BLACK * bright)
+}
+
+/// Gives a world [`daylight`] if at time 0 it [is dark](is_dark) for its first camera, or else for the
+/// [default one](default_camera), and says whether it did. Call it after loading, before frames are made: those keep the
+/// look they were made with.
+///
+/// # Errors
+/// An edit of the motion that the scene refused.
+pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
+    let frame = world.frame(0.0)?;
+    let camera = match world.cameras.first() {
+        Some(source) => world.camera(source)?,
+        None => default_camera(&frame, 16.0 / 9.0),
+    };
+    let dark = is_dark(&frame, &camera);
+    drop(frame);
+    if dark {
+        let (sky, sun) = daylight();
+        Arc::make_mut(&mut world.look).sky = sky;
+        world.lights.push(LightSource { node: None, light: sun });
+    }
+    Ok(dark)
+}

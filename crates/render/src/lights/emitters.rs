@@ -1,0 +1,141 @@
+//! Triangles that emit: which they are, a point on one, and how likely that point was.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use kinetree::InstanceView;
+
+use super::LightSample;
+use crate::color::luminance;
+use crate::dress::Dress;
+use crate::shading::geometric_normal;
+use crate::warp;
+use crate::{Frame, Surface, origin};
+
+/// A triangle that emits, in the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Emitter {
+    /// Dense index of the instance.
+    pub(super) instance: u32,
+    /// Index of the triangle in its mesh.
+    pub(super) primitive: u32,
+    corners: [Vec3; 3],
+    /// Unit, on the side from which the corners run counter-clockwise.
+    normal: Vec3,
+    /// Square metres.
+    pub(super) area: f32,
+    /// How far above the triangle a point is out of reach of rounding, metres.
+    lift: f32,
+    /// Emitted by all sides together: luminance of the flux.
+    pub(super) power: f32,
+}
+
+/// All triangles of a frame that emit, by ascending instance and primitive.
+pub(super) fn gather(frame: &Frame) -> Vec<Emitter> {
+    let emits =
+        |material: u32| frame.look.materials.get(material as usize).is_some_and(|material| material.is_emissive());
+    let mut emitters = Vec::new();
+    for instance in frame.view.instances() {
+        let Some(surface) = frame.look.surfaces.get(instance.user_id() as usize) else { continue };
+        let count = instance.triangles().len() as u32;
+        for (run, material) in runs(surface, count) {
+            if emits(material) {
+                emitters.extend(run.filter_map(|primitive| Emitter::new(frame, &instance, primitive)));
+            }
+        }
+    }
+    emitters.sort_unstable_by_key(|emitter| (emitter.instance, emitter.primitive));
+    emitters
+}
+
+/// The runs of triangles of a surface, and their materials.
+fn runs(surface: &Surface, count: u32) -> impl Iterator<Item = (std::ops::Range<u32>, u32)> + '_ {
+    let ends = surface.parts.iter().skip(1).map(|part| part.first_triangle).chain([count]);
+    surface.parts.iter().zip(ends).map(move |(part, end)| (part.first_triangle..end.min(count), part.material))
+}
+
+/// Side of the triangle of places at which emission and presence are looked up to estimate a triangle's power.
+const PROBES: u32 = 4;
+
+impl Emitter {
+    /// `None` for a triangle that sends out nothing to speak of: without area, or black wherever its texture was probed.
+    fn new(frame: &Frame, instance: &InstanceView<'_>, primitive: u32) -> Option<Self> {
+        let local =
+            instance.triangles()[primitive as usize].map(|vertex| Vec3::from(instance.positions()[vertex as usize]));
+        let placement = instance.world_from_object();
+        let corners = local.map(|corner| Vec3::from(placement.transform_point(corner.into())));
+        let normal = geometric_normal(instance, local)?;
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let area = (0.5 * (b - a).cross(c - a).length()) as f32;
+
+        let mut shine = 0.0;
+        for row in 0..PROBES {
+            for column in 0..PROBES - row {
+                let at = [(row as f32 + 1.0 / 3.0) / PROBES as f32, (column as f32 + 1.0 / 3.0) / PROBES as f32];
+                let dress = Dress::at(&frame.look, instance, primitive, at);
+                shine += luminance(dress.emission()) * dress.presence();
+            }
+        }
+        let sides = if Dress::at(&frame.look, instance, primitive, [0.3; 2]).material.two_sided { 2.0 } else { 1.0 };
+        let power = shine / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
+        let terms = local.iter().map(|corner| corner.abs()).fold(Vec3::ZERO, Vec3::max);
+        (power > 0.0 && power.is_finite()).then_some(Self {
+            instance: instance.index(),
+            primitive,
+            corners,
+            normal,
+            area,
+            lift: origin::lift(placement, terms),
+            power,
+        })
+    }
+
+    /// Density per solid angle at `from` of a point `at` that is drawn uniformly by area. Zero for what is seen edge on.
+    pub(super) fn density(&self, from: Vec3, at: Vec3) -> f32 {
+        let offset = at - from;
+        let squared = offset.length_squared();
+        let cosine = (self.normal.dot(offset) / squared.sqrt()).abs();
+        let density = squared / (cosine * self.area);
+        if density.is_finite() { density } else { 0.0 }
+    }
+
+    /// Light from a point of the triangle, uniform by area.
+    pub(super) fn sample(&self, frame: &Frame, from: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let [v, w] = warp::triangle(u.into());
+        let [a, b, c] = self.corners;
+        let at = a * (1.0 - v - w) + b * v + c * w;
+        let front = self.normal.dot(from - at) > 0.0;
+        let dress = Dress::at(&frame.look, &frame.view.instance_at(self.instance), self.primitive, [v, w]);
+        if !front && !dress.material.two_sided {
+            return None;
+        }
+        let density = self.density(from, at);
+        let side = if front { self.normal } else { -self.normal };
+        let offset = origin::lifted(at, side, self.lift) - from;
+        let distance = offset.length();
+        let radiance = dress.emission() * dress.presence();
+        (density > 0.0 && distance > 0.0).then_some(LightSample {
+            direction: offset / distance,
+            distance,
+            radiance,
+            density,
+            is_delta: false,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Part;
+
+    #[test]
+    fn runs_end_where_the_next_begins_or_the_mesh_does() {
+        let part = |first_triangle, material| Part { first_triangle, material };
+        let surface = Surface { parts: vec![part(0, 3), part(4, 1), part(9, 2)], ..Surface::default() };
+        let all: Vec<_> = runs(&surface, 6).collect();
+        assert_eq!(all[0], (0..4, 3));
+        assert_eq!(all[1], (4..6, 1));
+        assert!(all[2].0.is_empty());
+    }
+}

@@ -1,0 +1,176 @@
+//! All that shines in a frame, and how to ask for its light.
+//!
+//! There are three groups, asked separately at every place: triangles that emit, points and spots, and what is infinitely
+//! far (suns, sky). None has to compete with the others for samples, so a lamp in a room is not forgotten because of the
+//! sun outside. Triangles and far lights are drawn in proportion to their power, points and spots by what they would bring
+//! to the place, as long as there are not too many to ask them all.
+//!
+//! An image of the surroundings would be another kind of sky, in `far.rs`.
+
+mod alias;
+mod emitters;
+mod far;
+mod punctual;
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use crate::color::luminance;
+use crate::sampler::unit;
+use crate::shading::ShadingPoint;
+use crate::{Frame, Sampler};
+use alias::AliasTable;
+use emitters::Emitter;
+use far::Sun;
+use punctual::Punctual;
+
+/// Light that would arrive at a place if nothing stood in its way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LightSample {
+    /// Unit, to the light.
+    pub(crate) direction: Vec3,
+    /// Metres; infinite for what is far.
+    pub(crate) distance: f32,
+    /// Radiance; for a light without extent, irradiance on a surface that faces it.
+    pub(crate) radiance: Vec3,
+    /// Per steradian; for a light without extent, a probability.
+    pub(crate) density: f32,
+    /// Whether the light has no extent, so that no ray could have found it by itself.
+    pub(crate) is_delta: bool,
+}
+
+/// Up to so many points and spots are weighed one by one at every place; of more, one is drawn by its power.
+const MOST_WEIGHED: usize = 256;
+
+/// The lights of a frame.
+pub(crate) struct LightTable<'a> {
+    frame: &'a Frame,
+    emitters: Vec<Emitter>,
+    /// For each instance, where its emitters stand.
+    of_instance: Vec<Range<u32>>,
+    /// By power.
+    near: AliasTable,
+    punctual: Vec<Punctual>,
+    /// By power.
+    punctual_odds: AliasTable,
+    suns: Vec<Sun>,
+    /// First the suns, then the sky.
+    far: AliasTable,
+}
+
+impl<'a> LightTable<'a> {
+    /// Gathers all lights of a frame.
+    pub(crate) fn new(frame: &'a Frame) -> Self {
+        let emitters = emitters::gather(frame);
+        let mut of_instance = vec![0..0; frame.view.instances().len()];
+        let mut start = 0;
+        for run in emitters.chunk_by(|a, b| a.instance == b.instance) {
+            let end = start + run.len() as u32;
+            of_instance[run[0].instance as usize] = start..end;
+            start = end;
+        }
+        let punctual: Vec<_> = frame.lights.iter().filter_map(Punctual::new).collect();
+        let suns: Vec<_> = frame.lights.iter().filter_map(Sun::new).collect();
+        let near: Vec<f64> = emitters.iter().map(|emitter| f64::from(emitter.power)).collect();
+        let points: Vec<f64> = punctual.iter().map(|light| f64::from(light.power())).collect();
+        let sky = far::sky_power(&frame.look.sky);
+        let far: Vec<f64> = suns.iter().map(Sun::power).chain([sky]).map(f64::from).collect();
+        Self {
+            near: AliasTable::new(&near),
+            punctual_odds: AliasTable::new(&points),
+            far: AliasTable::new(&far),
+            frame,
+            emitters,
+            of_instance,
+            punctual,
+            suns,
+        }
+    }
+
+    /// Whether there is a sun, or a sky that is not black.
+    pub(crate) fn has_far(&self) -> bool {
+        !self.far.is_empty()
+    }
+
+    /// Whether anything shines at all.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.near.is_empty() && self.punctual.is_empty() && self.far.is_empty()
+    }
+
+    /// Asks one of the triangles.
+    pub(crate) fn sample_near(&self, point: &ShadingPoint<'_>, sampler: &mut Sampler) -> Option<LightSample> {
+        if self.near.is_empty() {
+            return None;
+        }
+        let index = draw(&self.near, sampler)?;
+        let (from, u) = (point.origin(point.facing), sampler.next_2d());
+        chosen(self.emitters[index].sample(self.frame, from, u), self.near.probability(index))
+    }
+
+    /// Asks one of the points and spots.
+    pub(crate) fn sample_punctual(&self, point: &ShadingPoint<'_>, sampler: &mut Sampler) -> Option<LightSample> {
+        if self.punctual.is_empty() {
+            return None;
+        }
+        let from = point.origin(point.facing);
+        if self.punctual.len() <= MOST_WEIGHED {
+            return punctual::sample_one(&self.punctual, from, point.normal, sampler.next_1d());
+        }
+        let index = draw(&self.punctual_odds, sampler)?;
+        chosen(self.punctual[index].sample(from), self.punctual_odds.probability(index))
+    }
+
+    /// Asks one of the far lights.
+    pub(crate) fn sample_far(&self, point: &ShadingPoint<'_>, sampler: &mut Sampler) -> Option<LightSample> {
+        if self.far.is_empty() {
+            return None;
+        }
+        let index = draw(&self.far, sampler)?;
+        let u = sampler.next_2d();
+        let sample = match self.suns.get(index) {
+            Some(sun) => Some(sun.sample(u)),
+            None => far::sample_sky(&self.frame.look.sky, point.normal, u),
+        };
+        chosen(sample, self.far.probability(index))
+    }
+
+    /// Every light without extent, as it arrives where rays start.
+    pub(crate) fn deltas(&self, from: Vec3) -> impl Iterator<Item = LightSample> + '_ {
+        let near = self.punctual.iter().filter_map(move |light| light.sample(from));
+        near.chain(self.suns.iter().map(|sun| sun.sample([0.5; 2]))).filter(|light| light.is_delta)
+    }
+
+    /// The density per solid angle with which [`LightTable::sample_near`] at `from` finds a place on a triangle. Zero for
+    /// triangles that are no lights.
+    pub(crate) fn near_density(&self, from: Vec3, instance: u32, primitive: u32, at: Vec3) -> f32 {
+        let Some(range) = self.of_instance.get(instance as usize) else { return 0.0 };
+        let (start, end) = (range.start as usize, range.end as usize);
+        match self.emitters[start..end].binary_search_by_key(&primitive, |emitter| emitter.primitive) {
+            Ok(found) => self.near.probability(start + found) * self.emitters[start + found].density(from, at),
+            Err(_) => 0.0,
+        }
+    }
+
+    /// What is seen in a direction in which nothing is: each light's radiance, and the density per solid angle with which
+    /// [`LightTable::sample_far`] finds the direction on a surface with a normal.
+    pub(crate) fn seen_far(&self, direction: Vec3, normal: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
+        let suns = self.suns.iter().enumerate().filter_map(move |(index, sun)| {
+            sun.seen(direction).map(|(radiance, density)| (radiance, density * self.far.probability(index)))
+        });
+        let density = far::sky_density(normal, direction) * self.far.probability(self.suns.len());
+        suns.chain([(far::sky_radiance(&self.frame.look.sky, direction), density)])
+    }
+}
+
+fn draw(table: &AliasTable, sampler: &mut Sampler) -> Option<usize> {
+    let [slot, owner] = sampler.next_bits();
+    table.draw(slot, unit(owner))
+}
+
+/// A sample of a light that was itself drawn with a probability; `None` when nothing arrives.
+fn chosen(sample: Option<LightSample>, probability: f32) -> Option<LightSample> {
+    sample
+        .map(|light| LightSample { density: light.density * probability, ..light })
+        .filter(|light| light.density > 0.0 && luminance(light.radiance) > 0.0)
+}

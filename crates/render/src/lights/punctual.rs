@@ -1,0 +1,183 @@
+//! Points and spots: light from one place, which no ray ever finds by itself.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::LightSample;
+use crate::Light;
+use crate::color::{cleaned, luminance};
+
+/// A light at a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Punctual {
+    position: Vec3,
+    intensity: Vec3,
+    range: f32,
+    cone: Option<Cone>,
+}
+
+/// Where a spot shines.
+#[derive(Debug, Clone, Copy)]
+struct Cone {
+    axis: Vec3,
+    inner_cos: f32,
+    outer_cos: f32,
+}
+
+impl Punctual {
+    /// `None` for a sun, and for a light that gives nothing or stands nowhere.
+    pub(super) fn new(light: &Light) -> Option<Self> {
+        let (position, intensity, range, cone) = match *light {
+            Light::Point { position, intensity, range } => (position, intensity, range, None),
+            Light::Spot { position, direction, intensity, range, inner_cos, outer_cos } => {
+                let axis = Vec3::from(direction).try_normalize()?;
+                if inner_cos.is_nan() || outer_cos.is_nan() {
+                    return None;
+                }
+                let outer_cos = outer_cos.clamp(-1.0, 1.0);
+                let inner_cos = inner_cos.clamp(outer_cos, 1.0);
+                (position, intensity, range, Some(Cone { axis, inner_cos, outer_cos }))
+            }
+            Light::Sun { .. } => return None,
+        };
+        let light = Self { position: position.into(), intensity: cleaned(intensity), range, cone };
+        let usable = light.position.is_finite() && range > 0.0 && light.power() > 0.0 && light.power().is_finite();
+        usable.then_some(light)
+    }
+
+    /// Luminance of the flux that leaves it, about; the soft edge of a spot counts half.
+    pub(super) fn power(&self) -> f32 {
+        let solid_angle = match self.cone {
+            None => 4.0 * PI,
+            Some(cone) => 2.0 * PI * (1.0 - 0.5 * (cone.inner_cos + cone.outer_cos)),
+        };
+        luminance(self.intensity) * solid_angle
+    }
+
+    /// The light that arrives: irradiance on a surface that faces it.
+    pub(super) fn sample(&self, from: Vec3) -> Option<LightSample> {
+        let offset = self.position - from;
+        let distance = offset.length();
+        let direction = offset / distance;
+        let edge = self.cone.map_or(1.0, |cone| cone.strength(-direction));
+        let radiance = self.intensity * (edge * window(distance / self.range) / (distance * distance));
+        (radiance.is_finite() && radiance.max_element() > 0.0).then_some(LightSample {
+            direction,
+            distance,
+            radiance,
+            density: 1.0,
+            is_delta: true,
+        })
+    }
+}
+
+/// Draws one of several lights in proportion to what each would bring to a surface with a normal if nothing stood in the
+/// way, and divides by how likely it was. No ray finds such a light by itself, so the odds may depend on the place as they
+/// like, as long as no light that contributes is left out.
+pub(super) fn sample_one(lights: &[Punctual], from: Vec3, normal: Vec3, u: f32) -> Option<LightSample> {
+    let weighed = |light: &Punctual| {
+        let sample = light.sample(from)?;
+        let weight = luminance(sample.radiance) * normal.dot(sample.direction).max(0.0);
+        (weight > 0.0).then_some((sample, weight))
+    };
+    let total: f32 = lights.iter().filter_map(weighed).map(|(_, weight)| weight).sum();
+    let mut left = u * total;
+    let mut last = None;
+    for (sample, weight) in lights.iter().filter_map(weighed) {
+        last = Some(LightSample { density: weight / total, ..sample });
+        left -= weight;
+        if left < 0.0 {
+            break;
+        }
+    }
+    last.filter(|sample| sample.density > 0.0 && sample.density.is_finite())
+}
+
+impl Cone {
+    /// 1 within the inner angle, 0 beyond the outer one, smooth between (KHR_lights_punctual).
+    fn strength(&self, direction: Vec3) -> f32 {
+        let cosine = self.axis.dot(direction);
+        if cosine <= self.outer_cos {
+            return 0.0;
+        }
+        let part = ((cosine - self.outer_cos) / (self.inner_cos - self.outer_cos).max(1e-3)).min(1.0);
+        part * part
+    }
+}
+
+/// Brings a light to nothing at its range; `part` is the distance in ranges (KHR_lights_punctual).
+fn window(part: f32) -> f32 {
+    (1.0 - part.powi(4)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spot() -> Light {
+        Light::Spot {
+            position: [0.0, 2.0, 0.0],
+            direction: [0.0, -3.0, 0.0],
+            intensity: [8.0, 4.0, 2.0],
+            range: f32::INFINITY,
+            inner_cos: 0.9,
+            outer_cos: 0.8,
+        }
+    }
+
+    #[test]
+    fn a_spot_is_full_inside_and_nothing_outside() {
+        let light = Punctual::new(&spot()).expect("it shines");
+        let below = light.sample(Vec3::ZERO).expect("in the cone");
+        assert!((below.radiance - Vec3::new(2.0, 1.0, 0.5)).length() < 1e-6);
+        assert!((below.direction - Vec3::Y).length() < 1e-6 && (below.distance - 2.0).abs() < 1e-6);
+        assert!(light.sample(Vec3::new(5.0, 0.0, 0.0)).is_none());
+        assert!(light.sample(Vec3::new(0.0, 4.0, 0.0)).is_none());
+        // At a cosine of 0.85, half way between the angles, a quarter is left.
+        let tangent = (1.0_f32 / (0.85 * 0.85) - 1.0).sqrt();
+        let edge = light.sample(Vec3::new(2.0 * tangent, 0.0, 0.0)).expect("on the edge");
+        assert!((edge.radiance.x * edge.distance.powi(2) - 2.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn beyond_its_range_a_light_gives_nothing() {
+        let light = Light::Point { position: [0.0; 3], intensity: [1.0; 3], range: 2.0 };
+        let light = Punctual::new(&light).expect("it shines");
+        assert!((light.sample(Vec3::X).expect("near").radiance.x - 15.0 / 16.0).abs() < 1e-6);
+        assert!(light.sample(Vec3::X * 2.0).is_none());
+    }
+
+    #[test]
+    fn one_of_many_is_drawn_by_what_it_brings() {
+        let at = |x: f32, y: f32| Light::Point { position: [x, y, 0.0], intensity: [3.0; 3], range: 100.0 };
+        let lights: Vec<_> =
+            [at(0.0, 1.0), at(0.0, 2.0), at(3.0, 1.0), at(0.0, -1.0)].iter().filter_map(Punctual::new).collect();
+        let count = 4000;
+        let draws = (0..count).filter_map(|i| sample_one(&lights, Vec3::ZERO, Vec3::Y, i as f32 / count as f32));
+        // Whichever is drawn, its light over its odds is the light of all.
+        let all: f32 = lights
+            .iter()
+            .filter_map(|light| light.sample(Vec3::ZERO))
+            .map(|s| s.radiance.x * s.direction.y.max(0.0))
+            .sum();
+        let mut drawn = 0;
+        for sample in draws {
+            assert!((sample.radiance.x * sample.direction.y / sample.density - all).abs() < 1e-4 * all);
+            drawn += 1;
+        }
+        assert_eq!(drawn, count);
+        assert!(sample_one(&lights[3..], Vec3::ZERO, Vec3::Y, 0.5).is_none());
+    }
+
+    #[test]
+    fn awkward_lights_are_no_lights() {
+        for value in [f32::NAN, 0.0, -1.0] {
+            let point = |position, intensity, range| Punctual::new(&Light::Point { position, intensity, range });
+            assert!(point([0.0; 3], [value; 3], 1.0).is_none());
+            assert!(point([0.0; 3], [1.0; 3], value).is_none());
+        }
+        let here = Light::Point { position: [1.0; 3], intensity: [1.0; 3], range: f32::INFINITY };
+        assert!(Punctual::new(&here).expect("it shines").sample(Vec3::ONE).is_none());
+    }
+}

@@ -1,0 +1,263 @@
+//! From a frame and a camera to a film, on all threads.
+//!
+//! The picture is cut into tiles that threads take as they come. What a pixel becomes depends on the seed and the pixel
+//! alone, so the picture is the same for any number of threads.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use crate::camera::Lens;
+use crate::{Camera, Film, Frame, Integrator, IntegratorKind, Sampler, Stage, Tracer};
+
+/// What picture to make.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Pixels in a row, 1 to 65536.
+    pub width: u32,
+    /// Rows, 1 to 65536.
+    pub height: u32,
+    /// Samples per pixel, at least 1.
+    pub spp: u32,
+    /// The first sample's number. Pictures of samples 0..8 and 8..16 complement each other: their mean is that of 0..16.
+    pub first_sample: u32,
+    /// Another seed, other noise.
+    pub seed: u64,
+    /// How many threads trace; `None` for rayon's own pool. The picture does not depend on it.
+    pub threads: Option<usize>,
+    /// What the picture shows.
+    pub integrator: IntegratorKind,
+    /// How often a path may scatter.
+    pub max_depth: u32,
+    /// The most radiance that one path may bring from beyond its first bounce; biased, and therefore off unless asked for.
+    pub clamp: Option<f32>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            spp: 16,
+            first_sample: 0,
+            seed: 0,
+            threads: None,
+            integrator: IntegratorKind::Path,
+            max_depth: 64,
+            clamp: None,
+        }
+    }
+}
+
+/// How far a picture is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Tiles that are finished.
+    pub done: usize,
+    /// Tiles of the whole picture.
+    pub total: usize,
+}
+
+/// A picture, and what it took.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    /// The picture in linear RGB.
+    pub film: Film,
+    /// Whether colours are meant to be seen as they are, without exposure and tone mapping.
+    pub is_display_ready: bool,
+    /// Rays traced.
+    pub rays: u64,
+    /// Samples that were no numbers and were counted as black. Anything but 0 is a bug.
+    pub lost_samples: u64,
+    /// Time to gather lights.
+    pub prepare_time: Duration,
+    /// Time to trace.
+    pub trace_time: Duration,
+}
+
+/// Why there is no picture.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// A side is zero or beyond the limit, or there are too many pixels.
+    #[error(
+        "a picture of {width} x {height} pixels cannot be made: sides go from 1 to {MAX_SIDE}, pixels up to {MAX_PIXELS}"
+    )]
+    Size {
+        /// As asked for.
+        width: u32,
+        /// As asked for.
+        height: u32,
+    },
+    /// No samples, or more than can be numbered.
+    #[error("{spp} samples per pixel from number {first} on cannot be taken: at least 1, and numbers below 2^32")]
+    Samples {
+        /// As asked for.
+        spp: u32,
+        /// As asked for.
+        first: u32,
+    },
+    /// Threads could not be had.
+    #[error("{count} threads cannot be had: {reason}")]
+    Threads {
+        /// As asked for.
+        count: usize,
+        /// What stood in the way.
+        reason: String,
+    },
+    /// The caller asked to stop.
+    #[error("stopped before the picture was finished")]
+    Stopped,
+}
+
+/// Longest side, pixels.
+pub const MAX_SIDE: u32 = 65_536;
+/// Most pixels of a picture: with twelve bytes each, 1.5 GiB.
+pub const MAX_PIXELS: u64 = 1 << 27;
+/// Most threads of a picture.
+const MAX_THREADS: usize = 1024;
+/// Side of a tile, pixels.
+const TILE: u32 = 16;
+
+/// Makes a picture. `progress` is called by the tracing threads whenever a tile is finished, and may ask to stop.
+///
+/// # Errors
+/// Sizes, samples or threads that cannot be had; [`RenderError::Stopped`] when `progress` broke off.
+pub fn render(
+    frame: &Frame,
+    camera: &Camera,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<Rendered, RenderError> {
+    render_with(settings.integrator.with(settings).as_ref(), frame, camera, settings, progress)
+}
+
+/// As [`render`], with an integrator of the caller's own; [`Settings::integrator`] is not looked at.
+///
+/// # Errors
+/// As for [`render`].
+pub fn render_with(
+    integrator: &dyn Integrator,
+    frame: &Frame,
+    camera: &Camera,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<Rendered, RenderError> {
+    check(settings)?;
+    let start = Instant::now();
+    let stage = Stage::new(frame);
+    let prepare_time = start.elapsed();
+
+    let lens = Lens::new(camera, settings.width as f32 / settings.height as f32);
+    let picture = Picture { integrator, stage: &stage, lens, settings };
+    let tiles = in_pool(settings.threads, || picture.trace(progress))??;
+
+    let mut film = Film::new(settings.width, settings.height);
+    let (mut rays, mut lost_samples) = (0, 0);
+    for tile in &tiles {
+        rays += tile.rays;
+        lost_samples += tile.lost_samples;
+        for (row, run) in tile.pixels.chunks(tile.width as usize).enumerate() {
+            film.set_row([tile.corner[0], tile.corner[1] + row as u32], run);
+        }
+    }
+    let trace_time = start.elapsed() - prepare_time;
+    let is_display_ready = integrator.is_display_ready();
+    Ok(Rendered { film, is_display_ready, rays, lost_samples, prepare_time, trace_time })
+}
+
+fn check(settings: &Settings) -> Result<(), RenderError> {
+    let &Settings { width, height, spp, first_sample: first, .. } = settings;
+    let sides = 1..=MAX_SIDE;
+    if !sides.contains(&width) || !sides.contains(&height) || u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(RenderError::Size { width, height });
+    }
+    if spp == 0 || first.checked_add(spp).is_none() {
+        return Err(RenderError::Samples { spp, first });
+    }
+    Ok(())
+}
+
+/// Runs work on a pool of its own with so many threads, or on the global one.
+fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
+    let Some(count) = threads else { return Ok(work()) };
+    if !(1..=MAX_THREADS).contains(&count) {
+        return Err(RenderError::Threads { count, reason: format!("there can be 1 to {MAX_THREADS}") });
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+    let pool = pool.map_err(|error| RenderError::Threads { count, reason: error.to_string() })?;
+    Ok(pool.install(work))
+}
+
+/// All that tiles share.
+struct Picture<'a> {
+    integrator: &'a dyn Integrator,
+    stage: &'a Stage<'a>,
+    lens: Lens,
+    settings: &'a Settings,
+}
+
+/// A finished part of the picture.
+struct Tile {
+    corner: [u32; 2],
+    width: u32,
+    pixels: Vec<[f32; 3]>,
+    rays: u64,
+    lost_samples: u64,
+}
+
+impl Picture<'_> {
+    fn trace(&self, progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Result<Vec<Tile>, RenderError> {
+        let columns = self.settings.width.div_ceil(TILE);
+        let total = columns * self.settings.height.div_ceil(TILE);
+        let done = AtomicUsize::new(0);
+        let one = |index: u32| {
+            let tile = self.tile([index % columns * TILE, index / columns * TILE]);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            match progress(Progress { done, total: total as usize }) {
+                ControlFlow::Continue(()) => Ok(tile),
+                ControlFlow::Break(()) => Err(RenderError::Stopped),
+            }
+        };
+        (0..total).into_par_iter().with_max_len(1).map(one).collect()
+    }
+
+    fn tile(&self, corner: [u32; 2]) -> Tile {
+        let width = TILE.min(self.settings.width - corner[0]);
+        let height = TILE.min(self.settings.height - corner[1]);
+        let mut tracer = Tracer::new(self.stage);
+        let mut tile = Tile { corner, width, pixels: Vec::new(), rays: 0, lost_samples: 0 };
+        for y in 0..height {
+            for x in 0..width {
+                let color = self.pixel(&mut tracer, [corner[0] + x, corner[1] + y], &mut tile.lost_samples);
+                tile.pixels.push(color);
+            }
+        }
+        tile.rays = tracer.rays();
+        tile
+    }
+
+    fn pixel(&self, tracer: &mut Tracer<'_>, [x, y]: [u32; 2], lost_samples: &mut u64) -> [f32; 3] {
+        let mut sum = [0.0_f64; 3];
+        for index in 0..self.settings.spp {
+            let mut sampler = Sampler::new(self.settings.seed, [x, y], self.settings.first_sample + index);
+            tracer.begin_sample(sampler.salt());
+            let [jitter_x, jitter_y] = sampler.next_2d();
+            let at = [
+                (x as f32 + jitter_x) / self.settings.width as f32,
+                (y as f32 + jitter_y) / self.settings.height as f32,
+            ];
+            let color = self.integrator.radiance(tracer, &self.lens.ray(at), &mut sampler);
+            if color.iter().all(|channel| channel.is_finite()) {
+                for channel in 0..3 {
+                    sum[channel] += f64::from(color[channel]);
+                }
+            } else {
+                *lost_samples += 1;
+            }
+        }
+        sum.map(|channel| (channel / f64::from(self.settings.spp)) as f32)
+    }
+}

@@ -1,0 +1,42 @@
+//! A smooth boundary such as the surface of water or of solid glass: reflects or refracts.
+
+use glam::Vec3;
+
+use super::{Bounce, Kind, fresnel, mirror_normal, mirrored};
+use crate::shading::ShadingPoint;
+
+/// Reflects with the probability that Fresnel gives, and refracts otherwise. Radiance is compressed into a narrower cone
+/// when it enters the denser side, hence the square of eta (Veach 1997, section 5.2).
+pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
+    let eta = if point.front { ior } else { 1.0 / ior };
+    let normal = mirror_normal(point, toward_viewer);
+    if u < fresnel::boundary(normal.dot(toward_viewer), eta) {
+        return Bounce { direction: mirrored(toward_viewer, normal), weight: Vec3::ONE, kind: Kind::Mirrored };
+    }
+    let bent = refracted(toward_viewer, normal, eta).filter(|direction| direction.dot(point.facing) < 0.0);
+    // A shading normal may bend the ray back to the viewer's side, where the true normal never does.
+    match bent.or_else(|| refracted(toward_viewer, point.facing, eta)) {
+        Some(direction) => Bounce { direction, weight: point.color / (eta * eta), kind: Kind::Refracted { eta } },
+        None => Bounce { direction: mirrored(toward_viewer, point.facing), weight: Vec3::ONE, kind: Kind::Mirrored },
+    }
+}
+
+/// The direction beyond the boundary; `None` under total reflection.
+fn refracted(toward_viewer: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
+    let cosine = normal.dot(toward_viewer).min(1.0);
+    let beyond = fresnel::refracted_cosine(cosine, eta)?;
+    Some(((normal * cosine - toward_viewer) / eta - normal * beyond).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refraction_follows_snell() {
+        let viewer = Vec3::new(0.6, 0.0, 0.8);
+        let direction = refracted(viewer, Vec3::Z, 1.5).expect("enters the dense side");
+        assert!((direction.x + 0.4).abs() < 1e-6 && direction.z < 0.0 && direction.is_normalized());
+        assert!(refracted(viewer, Vec3::Z, 0.5).is_none());
+    }
+}

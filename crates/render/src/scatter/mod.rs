@@ -1,0 +1,89 @@
+//! What a surface does with light: one file for each kind of surface.
+//!
+//! A new kind, such as rough metal, is a file here, a variant of [`Scatter`], and an arm in the two functions below.
+
+mod dielectric;
+mod diffuse;
+mod fresnel;
+mod sheet;
+
+use glam::Vec3;
+
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Scatter};
+
+pub(crate) use sheet::passed;
+
+/// A direction in which a path goes on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounce {
+    /// Unit vector, from the surface.
+    pub(crate) direction: Vec3,
+    /// Scattering function times cosine over density.
+    pub(crate) weight: Vec3,
+    /// How the direction was found.
+    pub(crate) kind: Kind,
+}
+
+/// How a direction was found, which decides what other ways could have found it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    /// One of many, with this density per solid angle.
+    Spread {
+        /// Per steradian.
+        density: f32,
+    },
+    /// The only one of its kind: a mirror's.
+    Mirrored,
+    /// The only one of its kind: bent.
+    Refracted {
+        /// Index of refraction beyond the boundary over that on the viewer's side.
+        eta: f32,
+    },
+    /// Straight on, as if nothing were there.
+    Passed {
+        /// How likely it was to pass.
+        probability: f32,
+    },
+}
+
+/// Whether light from any given direction is scattered to the viewer, so that asking lights makes sense.
+pub(crate) fn is_spread(point: &ShadingPoint<'_>) -> bool {
+    matches!(point.material.scatter, Scatter::Diffuse)
+}
+
+/// Scattering function times cosine, and the density of [`sample`], for light that comes from `direction` (unit, from the
+/// surface). Zero for surfaces that do not spread.
+pub(crate) fn evaluate(point: &ShadingPoint<'_>, direction: Vec3) -> (Vec3, f32) {
+    match point.material.scatter {
+        Scatter::Diffuse => diffuse::evaluate(point, direction),
+        Scatter::Dielectric { .. } | Scatter::ThinDielectric { .. } => (Vec3::ZERO, 0.0),
+    }
+}
+
+/// Where a path from the viewer goes on; `None` where it ends. `toward_viewer` is a unit vector.
+pub(crate) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<Bounce> {
+    let bounce = match point.material.scatter {
+        Scatter::Diffuse => diffuse::sample(point, sampler.next_2d()),
+        Scatter::Dielectric { ior } => Some(dielectric::sample(point, toward_viewer, usable(ior), sampler.next_1d())),
+        Scatter::ThinDielectric { ior } => Some(sheet::sample(point, toward_viewer, usable(ior), sampler.next_1d())),
+    };
+    bounce.filter(|bounce| bounce.direction.is_finite() && bounce.weight.max_element() > 0.0)
+}
+
+/// An index of refraction that can be reckoned with; what is none counts as no boundary at all.
+fn usable(ior: f32) -> f32 {
+    if ior.is_finite() && ior > 0.0 { ior.clamp(0.01, 100.0) } else { 1.0 }
+}
+
+/// The mirror image of a unit vector about a unit normal.
+fn mirrored(toward_viewer: Vec3, normal: Vec3) -> Vec3 {
+    (normal * (2.0 * normal.dot(toward_viewer)) - toward_viewer).normalize()
+}
+
+/// The normal that a mirror takes: the shading normal, unless it is turned away from the viewer or would throw the ray
+/// into the surface.
+fn mirror_normal(point: &ShadingPoint<'_>, toward_viewer: Vec3) -> Vec3 {
+    let usable = point.normal.dot(toward_viewer) > 0.0 && mirrored(toward_viewer, point.normal).dot(point.facing) > 0.0;
+    if usable { point.normal } else { point.facing }
+}

@@ -1,0 +1,28 @@
+//! A pane without thickness: reflects, or lets light pass straight on.
+//!
+//! Because what passes is not bent, a shadow ray may pass too: [`passed`] says how much gets through, and a path that went
+//! straight on remembers how likely that was, so that the two ways of finding a light can be weighed against each other.
+
+use glam::Vec3;
+
+use super::{Bounce, Kind, fresnel, mirror_normal, mirrored, usable};
+use crate::Scatter;
+use crate::shading::ShadingPoint;
+
+/// Reflects with the probability that Fresnel gives for both boundaries together, and passes otherwise.
+pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
+    let normal = mirror_normal(point, toward_viewer);
+    let reflected = fresnel::sheet(normal.dot(toward_viewer), ior);
+    if u < reflected {
+        Bounce { direction: mirrored(toward_viewer, normal), weight: Vec3::ONE, kind: Kind::Mirrored }
+    } else {
+        Bounce { direction: -toward_viewer, weight: point.color, kind: Kind::Passed { probability: 1.0 - reflected } }
+    }
+}
+
+/// The fraction of light that goes straight on through a surface; `None` where none does.
+pub(crate) fn passed(point: &ShadingPoint<'_>, toward_viewer: Vec3) -> Option<Vec3> {
+    let Scatter::ThinDielectric { ior } = point.material.scatter else { return None };
+    let normal = mirror_normal(point, toward_viewer);
+    Some(point.color * (1.0 - fresnel::sheet(normal.dot(toward_viewer), usable(ior))))
+}

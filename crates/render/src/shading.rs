@@ -1,0 +1,114 @@
+//! From a hit to a place that can be shaded: where it is, which way it faces, what it wears.
+
+use glam::{DVec3, Vec3};
+use kinetree::{Affine, Hit, InstanceView};
+
+use crate::dress::Dress;
+use crate::{Frame, Material, origin};
+
+/// A place on a surface, as seen from somewhere.
+#[derive(Clone, Copy)]
+pub(crate) struct ShadingPoint<'a> {
+    /// World space.
+    pub(crate) position: Vec3,
+    /// How far above the surface rays start, metres.
+    lift: f32,
+    /// Unit geometric normal, on the side of the viewer.
+    pub(crate) facing: Vec3,
+    /// Unit normal for shading, on the side of the viewer.
+    pub(crate) normal: Vec3,
+    /// Whether the viewer sees the side from which the winding is counter-clockwise.
+    pub(crate) front: bool,
+    /// What the surface is made of.
+    pub(crate) material: &'a Material,
+    /// Base colour, linear RGB in 0..=1.
+    pub(crate) color: Vec3,
+    /// Radiance that the surface itself sends to the viewer.
+    pub(crate) emission: Vec3,
+    /// Dense index of the instance within the frame.
+    pub(crate) instance: u32,
+    /// Index of the triangle within its mesh.
+    pub(crate) primitive: u32,
+}
+
+impl<'a> ShadingPoint<'a> {
+    /// What a ray of unit direction `direction` sees where it hits.
+    pub(crate) fn new(frame: &'a Frame, hit: &Hit, direction: Vec3) -> Self {
+        let instance = frame.view.view(hit);
+        let triangle = instance.triangles()[hit.primitive as usize].map(|vertex| vertex as usize);
+        let corners = triangle.map(|vertex| Vec3::from(instance.positions()[vertex]));
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let local = blend(corners, weights);
+        let position = Vec3::from(instance.world_from_object().transform_point(local.into()));
+        let terms = blend(corners.map(Vec3::abs), weights);
+
+        let geometric = geometric_normal(&instance, corners).unwrap_or(-direction);
+        let front = geometric.dot(direction) <= 0.0;
+        let facing = if front { geometric } else { -geometric };
+        let normal = shading_normal(&instance, triangle, weights, facing);
+
+        let dress = Dress::at(&frame.look, &instance, hit.primitive, [hit.u, hit.v]);
+        let emits = front || dress.material.two_sided;
+        Self {
+            position,
+            lift: origin::lift(instance.world_from_object(), terms),
+            facing,
+            normal,
+            front,
+            material: dress.material,
+            color: dress.base_color(),
+            emission: if emits { dress.emission() } else { Vec3::ZERO },
+            instance: hit.instance_index(),
+            primitive: hit.primitive,
+        }
+    }
+
+    /// Where a ray in a direction starts: just off the surface, on the side that the direction points to.
+    pub(crate) fn origin(&self, direction: Vec3) -> Vec3 {
+        let side = if self.facing.dot(direction) < 0.0 { -self.facing } else { self.facing };
+        origin::lifted(self.position, side, self.lift)
+    }
+}
+
+/// A weighted sum of three vectors.
+fn blend(corners: [Vec3; 3], weights: [f32; 3]) -> Vec3 {
+    corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
+}
+
+/// A normal of the object in the world, of length one; `None` when nothing is left of it.
+fn placed_normal(object_from_world: &Affine, normal: DVec3) -> Option<Vec3> {
+    let column = |axis: [f32; 3]| Vec3::from(axis).as_dvec3().dot(normal);
+    let world = DVec3::new(
+        column(object_from_world.x_axis),
+        column(object_from_world.y_axis),
+        column(object_from_world.z_axis),
+    );
+    // Brought to a moderate size first, so that the length neither vanishes nor overflows.
+    let world = world / world.abs().max_element();
+    Some(world.normalize().as_vec3()).filter(|unit| unit.is_finite())
+}
+
+/// Unit normal in the world, on the side from which the corners run counter-clockwise; `None` for a triangle without area.
+/// In double precision, where the products of `f32` edges neither vanish nor overflow.
+pub(crate) fn geometric_normal(instance: &InstanceView<'_>, [a, b, c]: [Vec3; 3]) -> Option<Vec3> {
+    let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
+    placed_normal(instance.object_from_world(), (b - a).cross(c - a))
+}
+
+/// The least cosine between the normals for shading and of the geometry: beyond, the mesh's normals are of no use.
+const LEAST_AGREEMENT: f32 = 0.01;
+
+/// The mesh's own normals blended, where it has any that make sense, on the side of `facing`.
+fn shading_normal(instance: &InstanceView<'_>, triangle: [usize; 3], weights: [f32; 3], facing: Vec3) -> Vec3 {
+    let Some(normals) = instance.normals() else { return facing };
+    let local = blend(triangle.map(|vertex| Vec3::from(normals[vertex])), weights);
+    let Some(normal) = placed_normal(instance.object_from_world(), local.as_dvec3()) else { return facing };
+    let agreement = normal.dot(facing);
+    if agreement.abs() < LEAST_AGREEMENT {
+        facing
+    } else if agreement < 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}

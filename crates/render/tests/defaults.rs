@@ -1,0 +1,139 @@
+//! Cameras and light for worlds that bring none.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{Model, Shape, placed};
+use kinetree::{Affine, Mesh, Motion, Ray, Scene};
+use kinetree_render::{
+    Camera, Frame, Light, Look, Material, Sky, Still, Surface, World, default_camera, default_lighting, is_dark,
+};
+
+fn grey() -> Material {
+    Material::diffuse([0.5; 3])
+}
+
+/// The fraction of the picture that shows something within a distance of a point.
+fn shows(frame: &Frame, camera: &Camera, center: [f32; 3], distance: f32) -> f32 {
+    let placement = camera.world_from_camera;
+    let half = (0.5 * camera.fov_y).tan();
+    let mut count = 0;
+    for i in 0..40 * 40 {
+        let (x, y) = ((i % 40) as f32 / 20.0 - 0.975, (i / 40) as f32 / 20.0 - 0.975);
+        let ray = Ray::new(camera.position(), placement.transform_vector([x * half, y * half, -1.0]));
+        if let Some(hit) = frame.view.closest_hit(&ray) {
+            let at = ray.at(hit.t);
+            let apart: f32 = (0..3).map(|axis| (at[axis] - center[axis]).powi(2)).sum();
+            count += u32::from(apart < distance * distance);
+        }
+    }
+    count as f32 / 1600.0
+}
+
+fn crowd() -> Model {
+    (0..25).fold(Model::default(), |model, i| {
+        let position = [(i % 5) as f32 * 2.0 - 4.0, 0.5, (i / 5) as f32 * 2.0 - 4.0];
+        model.with(&Shape::sphere(8), grey(), placed([0.8; 3], [0.0, 1.0, 0.0], i as f32, position))
+    })
+}
+
+#[test]
+fn a_few_triangles_kilometres_away_do_not_shrink_the_picture_to_a_dot() {
+    let far = Affine::from_translation([9000.0, 4000.0, -7000.0]);
+    let dome = Affine::from_scale([5000.0; 3]);
+    let frame = crowd()
+        .with(&Shape::square(), grey(), far)
+        .with(&Shape::sphere(6).inverted(), grey(), dome)
+        .with(&Shape::square(), grey(), Affine::from_scale([3000.0, 1.0, 3000.0]))
+        .frame();
+    let camera = default_camera(&frame, 1.0);
+    let part = shows(&frame, &camera, [0.0; 3], 8.0);
+    assert!(part > 0.3, "{part} by {camera:?}");
+    assert!(camera.position()[1] > 0.0, "{camera:?}");
+}
+
+#[test]
+fn a_closed_room_is_seen_from_within() {
+    for walls in [Shape::cube(), Shape::cube().inverted()] {
+        let mut model = Model::default().with(&walls, grey(), Affine::from_scale([4.0, 1.5, 3.0]));
+        // Furniture of many triangles along the walls, and a table.
+        for i in 0..12 {
+            let angle = i as f32 * 0.52;
+            let position = [3.2 * angle.sin(), -1.0 + 0.3 * (i % 3) as f32, 2.3 * angle.cos()];
+            model = model.with(&Shape::sphere(10), grey(), placed([0.3; 3], [0.0, 1.0, 0.0], angle, position));
+        }
+        let frame =
+            model.with(&Shape::cube(), grey(), placed([0.6, 0.4, 0.6], [0.0, 1.0, 0.0], 0.3, [0.0, -1.1, 0.0])).frame();
+        let camera = default_camera(&frame, 16.0 / 9.0);
+        let [x, y, z] = camera.position();
+        assert!(x.abs() < 4.0 && y.abs() < 1.5 && z.abs() < 3.0, "{camera:?}");
+        let part = shows(&frame, &camera, [0.0; 3], 10.0);
+        assert!(part > 0.9, "{part}");
+    }
+}
+
+#[test]
+fn a_single_body_is_seen_from_outside_and_fills_the_picture_well() {
+    for (size, center) in [(1.0, [0.0; 3]), (1e-3, [5.0, 0.0, 0.0]), (1e4, [-1e4, 2e4, 0.0])] {
+        let placement = Affine::from_translation(center) * Affine::from_scale([size, 0.5 * size, 2.0 * size]);
+        let frame = Model::default().with(&Shape::sphere(16), grey(), placement).frame();
+        let camera = default_camera(&frame, 1.5);
+        let apart: f32 = (0..3).map(|axis| (camera.position()[axis] - center[axis]).powi(2)).sum::<f32>().sqrt();
+        assert!(apart > size, "{camera:?}");
+        let part = shows(&frame, &camera, center, 3.0 * size);
+        assert!((0.15..=1.0).contains(&part), "{part} for {size} by {camera:?}");
+    }
+}
+
+#[test]
+fn awkward_frames_have_a_camera_and_always_the_same() {
+    let flat = Model::default().with(&Shape::square(), grey(), Affine::IDENTITY);
+    let point =
+        Model::default().with(&Shape { triangles: vec![[0, 0, 0]], ..Shape::square() }, grey(), Affine::IDENTITY);
+    let huge = Model::default().with(&Shape::cube(), grey(), Affine::from_scale([1e18; 3]));
+    for model in [Model::default(), flat, point, huge, crowd()] {
+        let frame = model.frame();
+        for aspect in [1.0, 0.0, f32::NAN, 100.0] {
+            let camera = default_camera(&frame, aspect);
+            assert!(camera.world_from_camera.is_finite() && camera.fov_y > 0.0, "{camera:?}");
+            assert_eq!(camera, default_camera(&frame, aspect));
+        }
+    }
+}
+
+fn world(material: Material, sky: Sky) -> World {
+    let shape = Shape::cube();
+    let mut scene = Scene::new();
+    let mesh = Mesh::new(&shape.positions, &shape.triangles).expect("a good mesh");
+    let mesh = scene.add_mesh(mesh, Motion::Static).expect("a mesh fits");
+    scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
+    let look = Look { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..Look::default() };
+    World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), motion: Box::new(Still) }
+}
+
+#[test]
+fn a_dark_world_gets_daylight_and_a_lit_one_stays_as_it_is() {
+    let black = Sky::Constant([0.0; 3]);
+    let mut dark = world(grey(), black);
+    assert!(default_lighting(&mut dark).expect("nothing moves"));
+    assert!(!default_lighting(&mut dark).expect("nothing moves"));
+    assert_eq!(dark.lights.len(), 1);
+
+    assert!(!default_lighting(&mut world(Material::emissive([1.0; 3]), black)).expect("nothing moves"));
+    assert!(!default_lighting(&mut world(grey(), Sky::Constant([0.1; 3]))).expect("nothing moves"));
+}
+
+#[test]
+fn lamps_light_a_scene_when_most_of_it_is_in_their_light() {
+    let ground = || Model::default().with(&Shape::square(), grey(), Affine::from_scale([100.0; 3]));
+    let camera = Camera::look_at([0.0, 30.0, 60.0], [0.0; 3], 0.8);
+    // A floodlight.
+    let lamp = |range| Light::Point { position: [0.0, 20.0, 0.0], intensity: [1000.0; 3], range };
+    assert!(is_dark(&ground().frame(), &camera));
+    assert!(is_dark(&ground().lit_by(lamp(21.0)).frame(), &camera));
+    assert!(!is_dark(&ground().lit_by(lamp(f32::INFINITY)).frame(), &camera));
+    // An indicator that glows.
+    let indicator = placed([0.1; 3], [0.0, 1.0, 0.0], 0.0, [0.0, -1.0, 0.0]);
+    assert!(is_dark(&ground().with(&Shape::cube(), Material::emissive([9.0; 3]), indicator).frame(), &camera));
+}
