@@ -1,0 +1,49 @@
+//! How a command ends when it does not succeed: one line, and an exit code.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// It was asked for something that cannot be: exit code 2, as for everything that `clap` refuses.
+    Arguments(String),
+    /// Something in the way: exit code 1. Names the file.
+    Work(String),
+}
+
+impl Failure {
+    pub(crate) fn arguments(message: impl Into<String>) -> Self {
+        Self::Arguments(message.into())
+    }
+
+    pub(crate) fn work(message: impl Into<String>) -> Self {
+        Self::Work(message.into())
+    }
+
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Arguments(_) => ExitCode::from(2),
+            Self::Work(_) => ExitCode::FAILURE,
+        }
+    }
+}
+
+/// One line, whatever the names in it hold.
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Arguments(message) | Self::Work(message)) = self;
+        let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        f.write_str(line.trim_end())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_is_one_line_whatever_it_quotes() {
+        assert_eq!(Failure::work("odd\nname.glb: is\tbroken\n").to_string(), "odd name.glb: is broken");
+    }
+}

@@ -1,0 +1,93 @@
+//! How far the work is: a bar with the time left on a terminal, a line now and then in a log, nothing when asked to be quiet.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::output;
+
+/// Shows on standard error how many tiles of all pictures are done. Threads may tell it so at the same time.
+pub(crate) struct Progress {
+    pictures: u64,
+    done: AtomicU64,
+    display: Display,
+}
+
+enum Display {
+    None,
+    Bar(ProgressBar),
+    Lines { start: Instant, latest: Mutex<Instant> },
+}
+
+/// How long a log waits for the next line.
+const BETWEEN_LINES: Duration = Duration::from_secs(10);
+
+impl Progress {
+    /// For so many pictures of the same size.
+    pub(crate) fn new(pictures: u64, quiet: bool) -> Self {
+        let display = if quiet {
+            Display::None
+        } else if std::io::stderr().is_terminal() {
+            Display::Bar(bar())
+        } else {
+            let now = Instant::now();
+            Display::Lines { start: now, latest: Mutex::new(now) }
+        };
+        Self { pictures, done: AtomicU64::new(0), display }
+    }
+
+    /// One more tile is done, of so many that a picture has.
+    pub(crate) fn tile(&self, of: u64) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let total = of.saturating_mul(self.pictures);
+        match &self.display {
+            Display::None => {}
+            Display::Bar(bar) => {
+                if bar.length() != Some(total) {
+                    bar.set_length(total);
+                }
+                bar.inc(1);
+            }
+            Display::Lines { start, latest } => {
+                // Whoever is writing a line already will do.
+                let Ok(mut latest) = latest.try_lock() else { return };
+                if latest.elapsed() >= BETWEEN_LINES {
+                    *latest = Instant::now();
+                    output::remark(&line(done, total, start.elapsed()));
+                }
+            }
+        }
+    }
+
+    /// All is done, or will never be.
+    pub(crate) fn finish(&self) {
+        if let Display::Bar(bar) = &self.display {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {elapsed} gone, {eta} left")
+        .expect("the template is a constant, and a sound one");
+    ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(5)).with_style(style)
+}
+
+fn line(done: u64, total: u64, elapsed: Duration) -> String {
+    let share = done as f64 / total.max(1) as f64;
+    let left = elapsed.as_secs_f64() * (1.0 - share) / share.max(1e-9);
+    format!("{:.0} % done, {:.0} s gone, {left:.0} s left", share * 100.0, elapsed.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_tells_how_far_and_how_long() {
+        assert_eq!(line(25, 100, Duration::from_secs(10)), "25 % done, 10 s gone, 30 s left");
+    }
+}

@@ -1,0 +1,157 @@
+//! `kinetree render`: moments of a scene, to files.
+
+use std::ops::{ControlFlow, Range};
+use std::path::Path;
+use std::time::Instant;
+
+use kinetree_render::{Camera, Frame, Rendered, Settings, automatic_exposure, develop, encode, render};
+
+use crate::args::{Common, RenderArgs};
+use crate::camera::Viewer;
+use crate::failure::Failure;
+use crate::figures::millis;
+use crate::names::FileNames;
+use crate::output::{png, prepare, remark, say, write_whole};
+use crate::progress::Progress;
+use crate::scene::{self, Opened};
+use crate::summary::{self, CameraFigures, FrameFigures, MemoryFigures, SceneFigures, Summary, Total};
+use crate::trees::CommitFigures;
+
+/// Makes the pictures and prints what they took.
+pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
+    let numbers = args.frames.clone().unwrap_or(0..1);
+    let names = FileNames::new(args.out.as_deref(), &scene::stem(args.scene.as_deref()), numbers.len() > 1)?;
+    let opened = scene::open(args.scene.as_deref())?;
+    if !common.quiet {
+        opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
+    }
+    let viewer = Viewer::choose(args.camera.as_ref(), &opened.world.cameras, &opened.name)?;
+    prepare(&names.of(numbers.start))?;
+
+    let progress = Progress::new(numbers.len() as u64, common.quiet);
+    let mut work = Work { args, opened, viewer, names, exposure: args.exposure.map(f32::exp2), progress: &progress };
+    let summary = work.all(numbers);
+    progress.finish();
+    let summary = summary?;
+    if common.json {
+        let json = serde_json::to_string_pretty(&summary);
+        say(&json.map_err(|error| Failure::work(format!("the summary cannot be written: {error}")))?)
+    } else if common.quiet {
+        Ok(())
+    } else {
+        say(&summary.to_string())
+    }
+}
+
+/// All that the frames of a rendering share.
+struct Work<'a> {
+    args: &'a RenderArgs,
+    opened: Opened,
+    viewer: Viewer,
+    names: FileNames,
+    /// What films are multiplied by: as asked for, or what suited the first frame, so that a sequence does not flicker.
+    exposure: Option<f32>,
+    progress: &'a Progress,
+}
+
+impl Work<'_> {
+    fn all(&mut self, numbers: Range<u32>) -> Result<Summary, Failure> {
+        let mut frames = Vec::new();
+        let mut last = None;
+        for number in numbers {
+            // The frame before is let go of, so that its buffers serve the next.
+            drop(last.take());
+            let (frame, figures) = self.one(number)?;
+            frames.push(figures);
+            last = Some(frame);
+        }
+        let last = last.ok_or_else(|| Failure::arguments("there are no frames to make"))?;
+        let Opened { name, world, notes, load_time, first_commit, has_default_lighting } = &self.opened;
+        let [width, height] = self.args.size;
+        Ok(Summary {
+            scene: SceneFigures::of(name, world.motion.duration(), &last, *has_default_lighting, notes),
+            width,
+            height,
+            samples_per_pixel: self.args.spp,
+            seed: self.args.seed,
+            integrator: self.args.integrator.name(),
+            threads: rayon::current_num_threads(),
+            load_ms: millis(*load_time),
+            first_commit: CommitFigures::of(first_commit),
+            total: Total::of(&frames),
+            memory: MemoryFigures::of(last.view.report(), &last.look),
+            frames,
+            report: last.view.report().clone(),
+        })
+    }
+
+    fn one(&mut self, number: u32) -> Result<(Frame, FrameFigures), Failure> {
+        let start = Instant::now();
+        let time = if self.args.frames.is_some() { f64::from(number) / self.args.fps } else { self.args.time };
+        let frame = self.opened.frame(time)?;
+        let update_time = start.elapsed();
+
+        let [width, height] = self.args.size;
+        let camera = self.viewer.camera(&self.opened.world, &frame, width as f32 / height as f32)?;
+        let rendered = self.trace(&frame, &camera)?;
+        let traced = Instant::now();
+        let file = self.names.of(number);
+        let exposure = self.picture(&rendered, &file)?;
+
+        let kernel_ms = millis(rendered.trace_time);
+        let frame_ms = millis(start.elapsed());
+        let figures = FrameFigures {
+            number,
+            time_s: time,
+            file: file.display().to_string(),
+            camera: CameraFigures::of(&camera),
+            exposure_ev: exposure.map(f32::log2),
+            update_ms: millis(update_time),
+            prepare_ms: millis(rendered.prepare_time),
+            kernel_ms,
+            output_ms: millis(traced.elapsed()),
+            frame_ms,
+            fps: summary::per_second(frame_ms),
+            rays: rendered.rays,
+            mrays_per_s: summary::mrays_per_s(rendered.rays, kernel_ms),
+            lost_samples: rendered.lost_samples,
+            commit: CommitFigures::of(frame.view.report()),
+        };
+        Ok((frame, figures))
+    }
+
+    fn trace(&self, frame: &Frame, camera: &Camera) -> Result<Rendered, Failure> {
+        let [width, height] = self.args.size;
+        // The pool of the process is as large as was asked for.
+        let settings = Settings {
+            width,
+            height,
+            spp: self.args.spp,
+            seed: self.args.seed,
+            integrator: self.args.integrator,
+            threads: None,
+            ..Settings::default()
+        };
+        let tell = |tiles: kinetree_render::Progress| {
+            self.progress.tile(tiles.total as u64);
+            ControlFlow::Continue(())
+        };
+        render(frame, camera, &settings, &tell).map_err(|error| Failure::work(format!("{}: {error}", self.opened.name)))
+    }
+
+    /// Brings a film to a file, and gives the exposure, if there was one.
+    fn picture(&mut self, rendered: &Rendered, file: &Path) -> Result<Option<f32>, Failure> {
+        let film = &rendered.film;
+        let exposure = if rendered.is_display_ready {
+            None
+        } else {
+            Some(*self.exposure.get_or_insert_with(|| automatic_exposure(film)))
+        };
+        let srgb = exposure.map_or_else(|| encode(film), |exposure| develop(film, exposure));
+        let bytes = png(&srgb, [film.width(), film.height()]);
+        let bytes = bytes.map_err(|error| Failure::work(format!("{}: cannot be encoded: {error}", file.display())))?;
+        prepare(file)?;
+        write_whole(file, &bytes)?;
+        Ok(exposure)
+    }
+}

@@ -1,0 +1,74 @@
+//! Opens what is spoken of: a file, or the race that is built in.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use kinetree::FrameReport;
+use kinetree_render::{Frame, World, default_lighting};
+
+use crate::failure::Failure;
+
+/// A scene that is ready for any moment.
+pub(crate) struct Opened {
+    /// What to call it in messages: the path as given, or "the built-in race".
+    pub(crate) name: String,
+    pub(crate) world: World,
+    /// What was ignored or repaired, one line each.
+    pub(crate) notes: Vec<String>,
+    /// Reading and making the world, before any tree is built.
+    pub(crate) load_time: Duration,
+    /// The commit that built all trees, at time 0.
+    pub(crate) first_commit: FrameReport,
+    /// The scene brought no light and was given daylight.
+    pub(crate) has_default_lighting: bool,
+}
+
+/// The race has the same trees and spectators always; the seed of a picture only changes its noise.
+const RACE_SEED: u64 = 1;
+
+/// What to call files after a scene.
+pub(crate) fn stem(path: Option<&Path>) -> String {
+    let Some(path) = path else { return "race".into() };
+    path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Loads a file, or makes the race, and builds its trees.
+pub(crate) fn open(path: Option<&Path>) -> Result<Opened, Failure> {
+    let name = path.map_or_else(|| "the built-in race".to_owned(), |path| path.display().to_string());
+    let start = Instant::now();
+    let (mut world, notes) = match path {
+        None => (kinetree_race::world(RACE_SEED), Vec::new()),
+        Some(path) => {
+            check_extension(path)?;
+            let loaded = kinetree_gltf::load(path).map_err(|error| Failure::work(error.to_string()))?;
+            (loaded.world, loaded.notes)
+        }
+    };
+    let load_time = start.elapsed();
+    let first_commit = frame_of(&mut world, &name, 0.0)?.view.report().clone();
+    let has_default_lighting =
+        default_lighting(&mut world).map_err(|error| Failure::work(format!("{name}: at time 0: {error}")))?;
+    Ok(Opened { name, world, notes, load_time, first_commit, has_default_lighting })
+}
+
+impl Opened {
+    /// The scene at a time, in seconds.
+    pub(crate) fn frame(&mut self, seconds: f64) -> Result<Frame, Failure> {
+        frame_of(&mut self.world, &self.name, seconds)
+    }
+}
+
+fn frame_of(world: &mut World, name: &str, seconds: f64) -> Result<Frame, Failure> {
+    world.frame(seconds).map_err(|error| Failure::work(format!("{name}: at time {seconds}: {error}")))
+}
+
+fn check_extension(path: &Path) -> Result<(), Failure> {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let problem = match extension.as_deref() {
+        Some("glb" | "gltf") => return Ok(()),
+        Some("obj") => "Wavefront .obj is not read yet; .glb and .gltf are".to_owned(),
+        Some(other) => format!("is a .{other}; scenes that are read are .glb and .gltf"),
+        None => "has no extension; scenes that are read are .glb and .gltf".to_owned(),
+    };
+    Err(Failure::work(format!("{}: {problem}", path.display())))
+}

@@ -1,0 +1,89 @@
+//! What there is to say about trees, and about commits that keep them.
+
+use kinetree::wide::{WideTree, WideViolation};
+use kinetree::{Action, FrameReport, WideMesh, WideTop};
+use serde::Serialize;
+
+use crate::figures::millis;
+
+/// One tree.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct TreeFigures {
+    pub(crate) nodes: usize,
+    pub(crate) bytes: usize,
+    pub(crate) depth: usize,
+    /// What a ray that hits the root is expected to cost, in visits of nodes and tests of leaf units (blocks of four triangles, or instances).
+    pub(crate) cost: f32,
+    /// Summed area of what siblings' boxes have in common, over the root's.
+    pub(crate) overlap: f32,
+    pub(crate) valid: bool,
+    /// The first promise that is broken, and where.
+    pub(crate) violation: Option<String>,
+}
+
+impl TreeFigures {
+    pub(crate) fn of_mesh(mesh: &WideMesh) -> Self {
+        Self::new(mesh.tree(), mesh.memory(), mesh.validate())
+    }
+
+    pub(crate) fn of_top_level(top: &WideTop) -> Self {
+        Self::new(top.tree(), top.memory(), top.validate())
+    }
+
+    fn new(tree: &WideTree, bytes: usize, validated: Result<(), WideViolation>) -> Self {
+        let violation = validated.err().map(|violation| violation.to_string());
+        Self {
+            nodes: tree.node_count(),
+            bytes,
+            depth: tree.depth(),
+            cost: tree.cost(1.0, 1.0),
+            overlap: tree.overlap(),
+            valid: violation.is_none(),
+            violation,
+        }
+    }
+}
+
+/// What a commit did. Times are missing where there is no clock.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct CommitFigures {
+    pub(crate) number: u64,
+    pub(crate) total_ms: Option<f64>,
+    pub(crate) mesh_ms: Option<f64>,
+    pub(crate) top_level_ms: Option<f64>,
+    pub(crate) built: usize,
+    pub(crate) rebuilt: usize,
+    pub(crate) refitted: usize,
+    pub(crate) kept: usize,
+    pub(crate) top_level: String,
+    pub(crate) top_level_cost: f32,
+    pub(crate) instances: usize,
+    pub(crate) left_out: usize,
+    pub(crate) triangles: usize,
+    pub(crate) worst_drift: f32,
+    pub(crate) buffers_allocated: usize,
+    pub(crate) memory_bytes: usize,
+}
+
+impl CommitFigures {
+    pub(crate) fn of(report: &FrameReport) -> Self {
+        Self {
+            number: report.frame,
+            total_ms: report.total_time.map(millis),
+            mesh_ms: report.mesh_time.map(millis),
+            top_level_ms: report.top_level.time.map(millis),
+            built: report.count(Action::Built),
+            rebuilt: report.count(Action::Rebuilt),
+            refitted: report.count(Action::Refitted),
+            kept: report.count(Action::Kept),
+            top_level: report.top_level.method.to_string(),
+            top_level_cost: report.top_level.cost,
+            instances: report.top_level.instances,
+            left_out: report.left_out.len(),
+            triangles: report.triangles(),
+            worst_drift: report.meshes.iter().fold(1.0, |worst, mesh| worst.max(mesh.drift)),
+            buffers_allocated: report.allocated,
+            memory_bytes: report.memory,
+        }
+    }
+}

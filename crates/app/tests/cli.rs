@@ -1,0 +1,381 @@
+//! The program as its users meet it: files, figures, exit codes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Runs the program in a directory of its own.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("there is room for a directory"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn run(&self, args: &str) -> Output {
+        let args = args.split_whitespace();
+        let program = env!("CARGO_BIN_EXE_kinetree");
+        Command::new(program).args(args).current_dir(self.0.path()).output().expect("the program starts")
+    }
+
+    /// Runs what must succeed, and gives its standard output.
+    fn succeed(&self, args: &str) -> String {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args}: {}", errors_of(&output));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn json(&self, args: &str) -> Value {
+        serde_json::from_str(&self.succeed(args)).expect("standard output is one JSON object and nothing else")
+    }
+
+    /// Runs what must fail with a code and without a file, and gives what it complains of.
+    fn fail(&self, args: &str, code: i32) -> String {
+        let before = self.files();
+        let output = self.run(args);
+        let errors = errors_of(&output);
+        assert_eq!(output.status.code(), Some(code), "{args}: {errors}");
+        assert!(output.stdout.is_empty(), "{args}");
+        assert_eq!(self.files(), before, "{args}");
+        assert!(!errors.contains("panicked"), "{args}: {errors}");
+        errors
+    }
+
+    /// As [`Desk::fail`] with code 1, and all in one line.
+    fn fail_in_one_line(&self, args: &str) -> String {
+        let errors = self.fail(args, 1);
+        assert_eq!(errors.trim_end().lines().count(), 1, "{args}: {errors}");
+        errors
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        fn all_in(directory: &Path, files: &mut Vec<PathBuf>) {
+            for entry in fs::read_dir(directory).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    all_in(&path, files);
+                } else {
+                    files.push(path);
+                }
+            }
+        }
+        let mut files = Vec::new();
+        all_in(self.0.path(), &mut files);
+        files.sort();
+        files
+    }
+
+    /// The bytes of a picture, which must be of this size and show something.
+    fn picture(&self, name: &str, size: (u32, u32)) -> Vec<u8> {
+        let picture = image::open(self.path(name)).expect("a whole PNG").to_rgb8();
+        assert_eq!(picture.dimensions(), size, "{name}");
+        let first = picture.get_pixel(0, 0);
+        assert!(picture.pixels().any(|pixel| pixel != first), "{name} has one colour");
+        picture.into_raw()
+    }
+}
+
+fn errors_of(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// One triangle without a camera and without light, as a glTF file that needs no other.
+fn triangle(file: &Path) {
+    // Three positions, little-endian: (0, 0, 0), (1, 0, 0), (0, 1, 0), in base 64.
+    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                            "min": [0, 0, 0], "max": [1, 1, 0]}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+            "buffers": [{{"byteLength": 36, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
+    );
+    fs::write(file, text).unwrap();
+}
+
+#[test]
+fn the_race_becomes_a_picture_and_a_summary() {
+    let desk = Desk::new();
+    let text = desk.succeed("render --size 64x36 --spp 2 --time 1 --out race.png");
+    desk.picture("race.png", (64, 36));
+    for figure in ["camera", "kernel", "FPS", "samples per pixel", "time       1.000 s", "memory", "Mrays/s", "frame"] {
+        assert!(text.contains(figure), "no {figure:?} in\n{text}");
+    }
+    assert_eq!(desk.files().len(), 1);
+}
+
+#[test]
+fn the_summary_as_json_has_the_figures() {
+    let desk = Desk::new();
+    let json = desk.json("render --size 48x27 --spp 3 --seed 5 --json --out a.png");
+    assert_eq!((&json["width"], &json["height"], &json["samples_per_pixel"]), (&48.into(), &27.into(), &3.into()));
+    assert_eq!((&json["seed"], &json["integrator"]), (&5.into(), &"path".into()));
+    let positive = |value: &Value| assert!(value.as_f64().is_some_and(|number| number > 0.0), "{value} in {json:#}");
+    for name in ["kernel_ms", "frame_ms", "fps", "rays", "mrays_per_s"] {
+        positive(&json["total"][name]);
+        positive(&json["frames"][0][name]);
+    }
+    positive(&json["load_ms"]);
+    positive(&json["first_commit"]["total_ms"]);
+    positive(&json["memory"]["scene"]);
+    positive(&json["scene"]["triangles"]);
+    // Every sample of this picture is one camera ray at least.
+    assert!(json["total"]["rays"].as_u64().unwrap() >= 48 * 27 * 3);
+    assert!(json["scene"]["instanced_triangles"].as_u64() > json["scene"]["triangles"].as_u64());
+    let frames = json["frames"].as_array().unwrap();
+    assert_eq!(frames.len(), 1);
+    assert_eq!((&frames[0]["file"], &frames[0]["lost_samples"]), (&"a.png".into(), &0.into()));
+    assert!(frames[0]["camera"]["position"].as_array().unwrap().iter().all(Value::is_number));
+    assert!(frames[0]["exposure_ev"].is_number());
+}
+
+#[test]
+fn a_sequence_gives_numbered_pictures_of_a_moving_scene_with_one_exposure() {
+    let desk = Desk::new();
+    let json = desk.json("render --frames 3..6 --fps 4 --size 80x45 --spp 1 --camera chase --json --out lap/%04d.png");
+    let frames = json["frames"].as_array().unwrap();
+    let times: Vec<f64> = frames.iter().map(|frame| frame["time_s"].as_f64().unwrap()).collect();
+    assert_eq!(times, [0.75, 1.0, 1.25]);
+    assert!(frames.iter().all(|frame| frame["exposure_ev"] == frames[0]["exposure_ev"]));
+    assert_ne!(frames[0]["camera"]["position"], frames[2]["camera"]["position"], "the camera rides with the car");
+    let pictures = ["lap/0003.png", "lap/0004.png", "lap/0005.png"].map(|name| desk.picture(name, (80, 45)));
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+    assert_eq!(desk.files().len(), 3);
+}
+
+#[test]
+fn the_picture_does_not_depend_on_the_number_of_threads_but_on_the_seed() {
+    let desk = Desk::new();
+    desk.succeed("render --size 64x36 --spp 2 --threads 1 --out one.png");
+    desk.succeed("render --size 64x36 --spp 2 --threads 2 --out two.png");
+    desk.succeed("render --size 64x36 --spp 2 --seed 1 --out other.png");
+    let [one, two, other] = ["one.png", "two.png", "other.png"].map(|name| fs::read(desk.path(name)).unwrap());
+    assert!(one == two);
+    assert!(one != other);
+}
+
+#[test]
+fn every_integrator_makes_a_picture() {
+    let desk = Desk::new();
+    let kinds = ["path", "simple", "ambient", "heatmap", "normals", "ids", "motion"];
+    let pictures = kinds.map(|kind| {
+        desk.succeed(&format!("render --size 40x30 --spp 1 --time 2 --integrator {kind} --out {kind}.png"));
+        desk.picture(&format!("{kind}.png"), (40, 30))
+    });
+    for (i, picture) in pictures.iter().enumerate() {
+        assert!(!pictures[..i].contains(picture), "{} shows what another shows", kinds[i]);
+    }
+}
+
+#[test]
+fn a_file_without_camera_and_light_is_framed_and_lit_and_names_the_picture() {
+    let desk = Desk::new();
+    triangle(&desk.path("small.gltf"));
+    let text = desk.succeed("render small.gltf --size 40x30 --spp 4");
+    assert!(
+        text.starts_with("small.png\n") && text.contains("1 triangle in 1 mesh, 1 triangle in 1 instance"),
+        "{text}"
+    );
+    desk.picture("small.png", (40, 30));
+    let json = desk.json("inspect small.gltf --json");
+    assert_eq!(json["scene"]["has_default_lighting"], true);
+    assert_eq!(json["meshes"][0]["triangles"], 1);
+}
+
+#[test]
+fn a_placed_camera_stands_where_it_was_put_and_exposure_is_as_asked() {
+    let desk = Desk::new();
+    triangle(&desk.path("small.gltf"));
+    let camera = "--camera -1,2.5,3:0.5,0.5,0:40";
+    let json = desk.json(&format!("render small.gltf --size 20x20 --spp 1 --json {camera} --exposure -1.5"));
+    let frame = &json["frames"][0];
+    assert_eq!(frame["camera"]["position"], serde_json::json!([-1.0, 2.5, 3.0]));
+    assert!((frame["camera"]["fov_degrees"].as_f64().unwrap() - 40.0).abs() < 1e-3);
+    assert!((frame["exposure_ev"].as_f64().unwrap() + 1.5).abs() < 1e-5);
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let desk = Desk::new();
+    triangle(&desk.path("small.gltf"));
+    for args in ["render small.gltf --size 8x8 --spp 1 --quiet", "inspect small.gltf --quiet"] {
+        let output = desk.run(args);
+        assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty(), "{args}");
+    }
+}
+
+#[test]
+fn files_that_are_no_scenes_are_named_in_one_line_and_leave_nothing() {
+    let desk = Desk::new();
+    fs::write(desk.path("short.glb"), b"glTF\x02\0\0\0\xff\xff\0\0\x10\0\0\0JSON{}").unwrap();
+    fs::write(desk.path("empty.glb"), b"").unwrap();
+    fs::write(desk.path("noise.gltf"), b"\x80\xff{ no JSON").unwrap();
+    fs::write(desk.path("car.obj"), b"v 0 0 0").unwrap();
+    fs::create_dir(desk.path("folder.glb")).unwrap();
+    let files = ["missing.glb", "short.glb", "empty.glb", "noise.gltf", "car.obj", "bare", "car.fbx", "folder.glb"];
+    for file in files {
+        let complaint = desk.fail_in_one_line(&format!("render {file} --out never.png"));
+        assert!(complaint.contains(file), "{complaint}");
+        assert!(desk.fail_in_one_line(&format!("inspect {file} --json")).contains(file));
+    }
+    let obj = desk.fail_in_one_line("render car.obj --out never.png");
+    assert!(obj.contains(".glb and .gltf"), "{obj}");
+}
+
+#[test]
+fn a_whole_file_cut_short_anywhere_is_an_error_or_a_scene_but_never_a_panic() {
+    let desk = Desk::new();
+    triangle(&desk.path("whole.gltf"));
+    let whole = fs::read(desk.path("whole.gltf")).unwrap();
+    for length in (0..whole.len()).step_by(whole.len() / 12) {
+        fs::write(desk.path("cut.gltf"), &whole[..length]).unwrap();
+        desk.fail_in_one_line("render cut.gltf --size 8x8 --out never.png");
+    }
+}
+
+#[test]
+fn places_that_cannot_be_written_are_named() {
+    let desk = Desk::new();
+    triangle(&desk.path("small.gltf"));
+    fs::create_dir(desk.path("taken.png")).unwrap();
+    for out in ["taken.png", "small.gltf/a.png"] {
+        let complaint = desk.fail_in_one_line(&format!("render small.gltf --size 8x8 --spp 1 --out {out}"));
+        assert!(complaint.contains(out), "{complaint}");
+    }
+}
+
+#[test]
+fn a_rendering_that_is_broken_off_leaves_no_file() {
+    let desk = Desk::new();
+    triangle(&desk.path("small.gltf"));
+    let before = desk.files();
+    let mut endless = Command::new(env!("CARGO_BIN_EXE_kinetree"))
+        .args(["render", "small.gltf", "--size", "64x64", "--spp", "4000000", "--quiet", "--out", "never.png"])
+        .current_dir(desk.0.path())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert!(endless.try_wait().unwrap().is_none(), "it is still at work");
+    endless.kill().unwrap();
+    endless.wait().unwrap();
+    assert_eq!(desk.files(), before);
+}
+
+#[test]
+fn wrong_arguments_end_with_two() {
+    let desk = Desk::new();
+    triangle(&desk.path("small.gltf"));
+    let wrong = [
+        "paint",
+        "render --size 0x5",
+        "render --size 960",
+        "render --size 65536x65536",
+        "render --spp 0",
+        "render --spp -1",
+        "render --seed x",
+        "render --time nan",
+        "render --frames 5..5 --out %d.png",
+        "render --frames 0..2 --out one.png",
+        "render --frames 0..2 --time 1 --out %d.png",
+        "render --frames 0..2 --fps 0 --out %d.png",
+        "render --fps 12",
+        "render --out a.exr",
+        "render --out a.jpg",
+        "render --out a",
+        "render --out %d-%d.png",
+        "render --integrator magic",
+        "render --exposure bright",
+        "render --threads 0",
+        "render small.gltf --camera 1,2:3,4,5",
+        "render small.gltf --camera 1,1,1:1,1,1",
+        "render small.gltf --camera south",
+        "inspect --time soon",
+    ];
+    for args in wrong {
+        desk.fail(args, 2);
+    }
+}
+
+#[test]
+fn an_unknown_camera_is_answered_with_those_there_are() {
+    let desk = Desk::new();
+    let complaint = desk.fail("render --camera south --out never.png", 2);
+    assert!(
+        complaint.contains("south") && complaint.contains("\"track\"") && complaint.contains("\"chase\""),
+        "{complaint}"
+    );
+}
+
+#[test]
+fn what_is_wrong_with_the_output_is_said_before_any_work() {
+    let desk = Desk::new();
+    let exr = desk.fail("render missing.glb --out a.exr", 2);
+    assert!(exr.contains("a.exr") && exr.contains("EXR"), "{exr}");
+}
+
+/// Every tree in an inspection keeps its promises, and none was left out of the check without being marked.
+fn check_inspection(json: &Value) {
+    assert_eq!(json["top_level"]["valid"], true, "{:#}", json["top_level"]);
+    let meshes = json["meshes"].as_array().unwrap();
+    assert_eq!(meshes.len() as u64, json["scene"]["meshes"].as_u64().unwrap());
+    for mesh in meshes {
+        if mesh["instances"] == 0 {
+            assert!(mesh["seen"].is_null(), "{mesh:#}");
+        } else {
+            assert_eq!(mesh["seen"]["tree"]["valid"], true, "{mesh:#}");
+        }
+    }
+    assert!(meshes.iter().any(|mesh| mesh["seen"]["tree"]["nodes"].as_u64() > Some(0)));
+}
+
+#[test]
+fn the_race_is_inspected_and_every_tree_keeps_its_promises() {
+    let desk = Desk::new();
+    let json = desk.json("inspect --time 3.5 --json");
+    check_inspection(&json);
+    for motion in json["motions"].as_array().unwrap() {
+        assert!(motion["meshes"].as_u64() > Some(0), "the race has every kind of motion: {motion:#}");
+    }
+    let text = desk.succeed("inspect --time 3.5");
+    assert!(text.contains("more (--all lists them)"), "{text}");
+    assert!(desk.succeed("inspect --time 3.5 --all").lines().count() > text.lines().count());
+}
+
+#[test]
+fn help_and_version_are_there() {
+    let desk = Desk::new();
+    assert!(desk.succeed("--version").contains(env!("CARGO_PKG_VERSION")));
+    for args in ["--help", "render --help", "inspect --help"] {
+        assert!(desk.succeed(args).contains("Examples:"), "{args}");
+    }
+    assert!(desk.succeed("render --help").contains("[default: 1280x720]"));
+}
+
+#[test]
+fn every_shared_scene_has_valid_trees() {
+    let Some(folder) = std::env::var_os("KINETREE_SCENES") else {
+        println!("SKIPPED: KINETREE_SCENES names no folder of scenes");
+        return;
+    };
+    let mut scenes: Vec<PathBuf> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    scenes.retain(|path| path.extension().is_some_and(|extension| extension == "glb"));
+    scenes.sort();
+    assert!(!scenes.is_empty(), "there are no scenes in {}", folder.display());
+    for scene in scenes {
+        let program = Command::new(env!("CARGO_BIN_EXE_kinetree"))
+            .args(["inspect", "--json", "--time", "1.7"])
+            .arg(fs::canonicalize(&scene).unwrap())
+            .output()
+            .expect("the program starts");
+        assert!(program.status.success(), "{}: {}", scene.display(), errors_of(&program));
+        check_inspection(&serde_json::from_slice(&program.stdout).unwrap());
+    }
+}
