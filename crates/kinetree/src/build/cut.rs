@@ -11,12 +11,19 @@ pub(crate) enum Cut {
     Leaf,
     /// The first `left` references, as now ordered, and the rest. Neither is empty.
     Object { left: usize },
+    /// A plane has cut some references in two, so there are more now: the first `left`, and the `right` ones that follow. Neither is none.
+    Spatial { left: usize, right: usize },
 }
 
 /// Who decides.
 pub(crate) trait Chooser: Sync {
     /// Divides at least two references, whose box is `bounds`; may put them into another order.
     fn choose(&self, references: &mut [Reference], bounds: &Aabb, threads: &Threads) -> Cut;
+
+    /// The same for the first `count`, when there is room behind them: references may be cut in two as long as all fit.
+    fn choose_with_room(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+        self.choose(&mut references[..count], bounds, threads)
+    }
 }
 
 /// Half of the references on each side of the middle, along the axis on which their centres are spread most. For sets that a

@@ -1,7 +1,9 @@
 //! Carrying out cuts: the one place that knows about threads, node order and leaf sizes.
 //!
 //! A tree over n references has at most 2n - 1 nodes. The nodes below a child get a slice of their own beforehand, so that subtrees grow
-//! at the same time without knowing of each other; what stays unused is closed up at the end.
+//! at the same time without knowing of each other; what stays unused is closed up at the end. Where references may be cut in two, n counts the
+//! room for more of them too; a cut shares the room that is left between the sides, by where the boxes are large, so that it does not matter which
+//! side grows first (compare Fuetterling et al. 2016, "Parallel Spatial Splits in Bounding Volume Hierarchies").
 
 use super::BuildOptions;
 use super::cut::{Chooser, Cut, median};
@@ -10,19 +12,35 @@ use crate::geometry::Aabb;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
 
-/// Grows a tree over references, of `distinct` different primitives.
-pub(crate) fn grow(mut references: Vec<Reference>, chooser: &impl Chooser, options: &BuildOptions) -> Bvh {
+/// Grows a tree over references, of as many different primitives.
+pub(crate) fn grow(references: Vec<Reference>, chooser: &impl Chooser, options: &BuildOptions) -> Bvh {
+    let distinct = references.len();
+    grow_with_room(references, distinct, 0, chooser, options)
+}
+
+/// Grows a tree over references to `distinct` different primitives, where cuts may make up to `room` more.
+pub(crate) fn grow_with_room(
+    mut references: Vec<Reference>,
+    distinct: usize,
+    room: usize,
+    chooser: &impl Chooser,
+    options: &BuildOptions,
+) -> Bvh {
     let count = references.len();
     if count == 0 {
         return Bvh::default();
     }
-    let mut nodes = vec![UNUSED; 2 * count - 1];
     let bounds = bounds_of(&references, &options.threads);
+    references.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
+    let mut nodes = vec![UNUSED; 2 * references.len() - 1];
     let (root, below) = nodes.split_first_mut().expect("there is a reference, so there is a node");
-    let plot = Plot { references: &mut references, first_place: 0, root, below, below_at: 1, bounds, depth: 1 };
+    let plot = Plot { references: &mut references, count, first_place: 0, root, below, below_at: 1, bounds, depth: 1 };
     Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads }.grow(plot);
+    if room > 0 {
+        close_up_references(&mut references, &mut nodes);
+    }
     let primitives: Vec<u32> = references.iter().map(|reference| reference.id).collect();
-    Bvh::from_parts(close_up(nodes), primitives, count as u32)
+    Bvh::from_parts(close_up(nodes), primitives, distinct as u32)
 }
 
 /// No node leads to the root, so this link is free to mean that a node is not in use.
@@ -36,11 +54,13 @@ struct Growth<'a, C> {
 
 /// A subtree to grow, and where.
 struct Plot<'a> {
+    /// The first `count` are in the subtree; the others are room for more.
     references: &'a mut [Reference],
+    count: usize,
     /// Where these references stand among all.
     first_place: u32,
     root: &'a mut Node,
-    /// Room for 2n - 2 nodes.
+    /// Room for 2n - 2 nodes, for n references with the room for more.
     below: &'a mut [Node],
     /// Number of the first of them.
     below_at: u32,
@@ -50,34 +70,44 @@ struct Plot<'a> {
 
 impl<C: Chooser> Growth<'_, C> {
     fn grow(&self, plot: Plot<'_>) {
-        let Plot { references, first_place, root, below, below_at, bounds, depth } = plot;
-        let count = references.len();
-        let cut = self.cut(references, &bounds, depth);
-        let Cut::Object { left } = cut else {
-            *root = Node { bounds, link: Link::primitives(first_place..first_place + count as u32) };
-            return;
+        let Plot { references, count, first_place, root, below, below_at, bounds, depth } = plot;
+        let (left, right) = match self.cut(references, count, &bounds, depth) {
+            Cut::Leaf => {
+                *root = Node { bounds, link: Link::primitives(first_place..first_place + count as u32) };
+                return;
+            }
+            Cut::Object { left } => (left, count - left),
+            Cut::Spatial { left, right } => (left, right),
         };
         *root = Node { bounds, link: Link::node(below_at) };
-        let (here, there) = references.split_at_mut(left);
+        let sides = [&references[..left], &references[left..left + right]];
+        let sides = sides.map(|side| bounds_of(side, self.threads));
+        let room = room_on_the_left(references, left, right, self.threads);
+        if room > 0 {
+            references.copy_within(left..left + right, left + room);
+        }
+        let (here, there) = references.split_at_mut(left + room);
         let (pair, rest) = below.split_at_mut(2);
         let (one, other) = pair.split_at_mut(1);
-        let (below_here, below_there) = rest.split_at_mut(2 * left - 2);
+        let (below_here, below_there) = rest.split_at_mut(2 * here.len() - 2);
+        let there = Plot {
+            count: right,
+            first_place: first_place + here.len() as u32,
+            root: &mut other[0],
+            below: below_there,
+            below_at: below_at + 2 * here.len() as u32,
+            bounds: sides[1],
+            depth: depth + 1,
+            references: there,
+        };
         let here = Plot {
-            bounds: bounds_of(here, self.threads),
             references: here,
+            count: left,
             first_place,
             root: &mut one[0],
             below: below_here,
             below_at: below_at + 2,
-            depth: depth + 1,
-        };
-        let there = Plot {
-            bounds: bounds_of(there, self.threads),
-            references: there,
-            first_place: first_place + left as u32,
-            root: &mut other[0],
-            below: below_there,
-            below_at: below_at + 2 * left as u32,
+            bounds: sides[0],
             depth: depth + 1,
         };
         if count > GRAIN / 4 {
@@ -88,19 +118,62 @@ impl<C: Chooser> Growth<'_, C> {
         }
     }
 
-    fn cut(&self, references: &mut [Reference], bounds: &Aabb, depth: usize) -> Cut {
-        let count = references.len();
+    fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, depth: usize) -> Cut {
         if count == 1 {
             return Cut::Leaf;
         }
         // Halving from here on just keeps promise 6.
         let halvings = count.next_power_of_two().ilog2() as usize;
         if depth + halvings >= MAX_DEPTH {
-            return if count <= self.leaf_limit { Cut::Leaf } else { median(references) };
+            return if count <= self.leaf_limit { Cut::Leaf } else { median(&mut references[..count]) };
         }
-        match self.chooser.choose(references, bounds, self.threads) {
-            Cut::Leaf if count > self.leaf_limit => median(references),
+        match self.chooser.choose_with_room(references, count, bounds, self.threads) {
+            Cut::Leaf if count > self.leaf_limit => median(&mut references[..count]),
             cut => cut,
+        }
+    }
+}
+
+/// How much of the room behind two sides the left one gets: by the summed areas of the boxes on each side, since small ones need no cutting.
+fn room_on_the_left(references: &[Reference], left: usize, right: usize, threads: &Threads) -> usize {
+    let room = references.len() - left - right;
+    // A single reference is a leaf.
+    if room == 0 || left == 1 {
+        return 0;
+    }
+    if right == 1 {
+        return room;
+    }
+    let area = |piece: &[Reference]| piece.iter().map(|one| f64::from(one.bounds.half_area())).sum::<f64>();
+    let sum = |piece: &[Reference]| threads.reduce(piece, GRAIN, &area, &|a, b| a + b);
+    let (here, there) = (sum(&references[..left]), sum(&references[left..left + right]));
+    let share = here / (here + there);
+    let share = if share.is_finite() { share } else { left as f64 / (left + right) as f64 };
+    ((room as f64 * share) as usize).min(room)
+}
+
+/// Moves the references that stand in leaves to the front, in their order.
+fn close_up_references(references: &mut Vec<Reference>, nodes: &mut [Node]) {
+    let mut place_of = vec![u32::MAX; references.len()];
+    let leaves: Vec<usize> = (0..nodes.len()).filter(|&at| nodes[at] != UNUSED && nodes[at].link.is_leaf()).collect();
+    for &leaf in &leaves {
+        if let Target::Primitives(places) = nodes[leaf].link.target() {
+            place_of[places.start as usize..places.end as usize].fill(0);
+        }
+    }
+    let mut used = 0;
+    for place in 0..references.len() {
+        if place_of[place] == 0 {
+            references[used] = references[place];
+            place_of[place] = used as u32;
+            used += 1;
+        }
+    }
+    references.truncate(used);
+    for &leaf in &leaves {
+        if let Target::Primitives(places) = nodes[leaf].link.target() {
+            let first = place_of[places.start as usize];
+            nodes[leaf].link = Link::primitives(first..first + places.len() as u32);
         }
     }
 }

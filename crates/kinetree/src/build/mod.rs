@@ -8,9 +8,12 @@ mod cut;
 mod grow;
 mod options;
 mod reference;
+mod reinsert;
+mod spatial;
 mod triangles;
 
 pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
 pub use binned::binned;
 pub use options::{BuildOptions, Quality};
+pub use spatial::spatial;
 pub use triangles::triangles;

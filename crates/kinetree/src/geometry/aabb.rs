@@ -119,8 +119,17 @@ impl Aabb {
     /// with the distance of the hit is covered by the ray (see [`SafeRay`](super::SafeRay)); the part that grows with the size of the
     /// triangle is covered here, once, at build time.
     pub(crate) fn padded(&self) -> Self {
+        self.widened(self.padding())
+    }
+
+    /// By how much a box of a primitive of this size is widened, metres.
+    pub(crate) fn padding(&self) -> f32 {
         let [x, y, z] = self.extent();
-        let pad = 8.0 * UNIT_ROUNDOFF * x.max(y).max(z);
+        8.0 * UNIT_ROUNDOFF * x.max(y).max(z)
+    }
+
+    /// The box moved outwards by `pad` on all sides.
+    pub(crate) fn widened(&self, pad: f32) -> Self {
         Self { min: (Vec3::from(self.min) - pad).into(), max: (Vec3::from(self.max) + pad).into() }
     }
 }

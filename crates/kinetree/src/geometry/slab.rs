@@ -10,22 +10,24 @@
 //!
 //! What grows with the size of a triangle instead of its distance is already in its box ([`Aabb::padded`]).
 
+use glam::Vec3A;
+
 use super::{Aabb, Ray, UNIT_ROUNDOFF};
 
 /// Roundings by which distances along an axis lean outwards. The vertices' error in the triangle test is below 5 of them.
-const SLACK: f32 = 16.0;
+pub(crate) const SLACK: f32 = 16.0;
 
 /// Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement is skewed.
-const SLACK_OVER_INSTANCES: f32 = 64.0;
+pub(crate) const SLACK_OVER_INSTANCES: f32 = 64.0;
 
 /// Direction components are at least this fraction of the largest one, with their sign kept.
-const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
+pub(crate) const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
 
 /// A ray made ready for box tests against boxes within known bounds.
 #[derive(Debug, Clone, Copy)]
 pub struct SafeRay {
-    pub(crate) near: [Plane; 3],
-    pub(crate) far: [Plane; 3],
+    pub(crate) near: Planes,
+    pub(crate) far: Planes,
     /// The ray runs down this axis, so that the upper plane is met first.
     pub(crate) downwards: [bool; 3],
     pub(crate) t_min: f32,
@@ -33,15 +35,16 @@ pub struct SafeRay {
     careful: Option<CarefulRay>,
 }
 
-/// Distance of a plane along the ray: `position * scale - offset`.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Plane {
-    pub(crate) scale: f32,
-    pub(crate) offset: f32,
+/// Distances of planes along the ray, for each axis: `position * scale - offset`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Planes {
+    pub(crate) scale: Vec3A,
+    pub(crate) offset: Vec3A,
 }
 
 impl SafeRay {
     /// For boxes of triangles, all within `bounds`. The ray is as [`Ray::sane`] made it.
+    #[inline(always)]
     pub(crate) fn new(ray: &Ray, bounds: &Aabb) -> Self {
         Self::with_slack(ray, bounds, SLACK, 0.0)
     }
@@ -49,52 +52,50 @@ impl SafeRay {
     /// For world boxes of instances, all within `bounds`. The ray is as [`Ray::sane`] made it.
     ///
     /// Taking the origin to an instance mixes its coordinates, so roundings of the largest one count on every axis.
+    #[inline(always)]
     pub(crate) fn over_instances(ray: &Ray, bounds: &Aabb) -> Self {
-        let farthest = ray.origin.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+        let farthest = Vec3A::from(ray.origin).abs().max_element();
         Self::with_slack(ray, bounds, SLACK_OVER_INSTANCES, SLACK * UNIT_ROUNDOFF * farthest)
     }
 
+    #[inline(always)]
     fn with_slack(ray: &Ray, bounds: &Aabb, slack: f32, stray: f32) -> Self {
-        // A ray that runs flatter to an axis' planes than this, compared with straight ahead, counts as parallel to them.
-        let parallel = 4.0 * slack * UNIT_ROUNDOFF;
-        let largest = ray.direction.iter().fold(0.0_f32, |most, d| most.max(d.abs()));
-        let reach = reach(ray.origin, bounds);
-        let mut safe = Self {
-            near: [Plane::default(); 3],
-            far: [Plane::default(); 3],
-            downwards: ray.direction.map(f32::is_sign_negative),
-            t_min: ray.t_min,
-            careful: None,
-        };
-        for axis in 0..3 {
-            let slope = ray.direction[axis].abs() / largest;
-            let step = (slope.max(LEAST_SLOPE) * largest).copysign(ray.direction[axis]);
-            let (reciprocal, origin) = (1.0 / step, ray.origin[axis]);
-            let (lean, stray) = if slope < parallel {
-                (slack * UNIT_ROUNDOFF, (stray + slack * UNIT_ROUNDOFF * reach) * reciprocal.abs())
-            } else {
-                (slack * UNIT_ROUNDOFF * (1.0 + 1.0 / slope), stray * reciprocal.abs())
-            };
-            let (near, far) = (reciprocal * (1.0 - lean), reciprocal * (1.0 + lean));
-            let outwards = |scaled: f32| 4.0 * UNIT_ROUNDOFF * scaled.abs() + stray;
-            safe.near[axis] = Plane { scale: near, offset: origin * near + outwards(origin * near) };
-            safe.far[axis] = Plane { scale: far, offset: origin * far - outwards(origin * far) };
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let largest = direction.abs().max_element();
+        let step = direction.abs().max(Vec3A::splat(LEAST_SLOPE * largest)).copysign(direction);
+        let reciprocal = step.recip();
+        // How much flatter the ray runs to an axis' planes than straight ahead.
+        let flatness = reciprocal.abs() * largest;
+        // A ray that runs flatter than this counts as parallel to the planes; leaning in proportion would lead nowhere.
+        let parallel = 1.0 / (4.0 * slack * UNIT_ROUNDOFF);
+        let (mut lean, mut stray_by) = (flatness, Vec3A::splat(stray));
+        if flatness.max_element() > parallel {
+            let is_parallel = flatness.cmpgt(Vec3A::splat(parallel));
+            lean = Vec3A::select(is_parallel, Vec3A::ZERO, lean);
+            let far_end = stray + slack * UNIT_ROUNDOFF * reach(ray.origin, bounds);
+            stray_by = Vec3A::select(is_parallel, Vec3A::splat(far_end), stray_by);
         }
-        let planes = || safe.near.iter().chain(&safe.far);
-        // The distances must be finite too, or a plane far away would be NaN instead of far away.
-        let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
-        if !planes().all(|plane| (plane.scale.abs() * farthest + plane.offset.abs()).is_finite()) {
-            safe.careful = Some(CarefulRay {
-                origin: ray.origin,
-                direction: ray.direction,
-                slack: slack * UNIT_ROUNDOFF * reach + stray,
-            });
-        }
-        safe
+        let (lean, stray_by) = ((lean + 1.0) * (slack * UNIT_ROUNDOFF), stray_by * reciprocal.abs());
+        let (near, far) = (reciprocal - reciprocal * lean, reciprocal + reciprocal * lean);
+        let (near_origin, far_origin) = (origin * near, origin * far);
+        let outwards = |scaled: Vec3A| scaled.abs() * (4.0 * UNIT_ROUNDOFF) + stray_by;
+        let near = Planes { scale: near, offset: near_origin + outwards(near_origin) };
+        let far = Planes { scale: far, offset: far_origin - outwards(far_origin) };
+        // The distances must be finite too, or a plane far away would be no number instead of far away. The far side has the larger ones; a
+        // scale of nothing would make no number of the planes of an empty box.
+        let farthest = Vec3A::from(bounds.min).abs().max(Vec3A::from(bounds.max).abs());
+        let most = far.scale.abs() * farthest + near.offset.abs().max(far.offset.abs());
+        let is_tame = most.is_finite() && near.scale.abs().min_element() >= f32::MIN_POSITIVE;
+        let careful = (!is_tame).then(|| CarefulRay {
+            origin: ray.origin,
+            direction: ray.direction,
+            slack: slack * UNIT_ROUNDOFF * reach(ray.origin, bounds) + stray,
+        });
+        Self { near, far, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min, careful }
     }
 
     /// Whether only double precision does this ray justice.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn needs_care(&self) -> bool {
         self.careful.is_some()
     }
@@ -109,8 +110,8 @@ impl SafeRay {
         for axis in 0..3 {
             let (low, high) = (bounds.min[axis], bounds.max[axis]);
             let (first, second) = if self.downwards[axis] { (high, low) } else { (low, high) };
-            let near = first * self.near[axis].scale - self.near[axis].offset;
-            let far = second * self.far[axis].scale - self.far[axis].offset;
+            let near = first * self.near.scale[axis] - self.near.offset[axis];
+            let far = second * self.far.scale[axis] - self.far.offset[axis];
             entry = if near > entry { near } else { entry };
             exit = if far < exit { far } else { exit };
         }
@@ -119,6 +120,7 @@ impl SafeRay {
 }
 
 /// The largest distance along an axis between a point and anything in the bounds.
+#[cold]
 fn reach(origin: [f32; 3], bounds: &Aabb) -> f32 {
     (0..3).fold(0.0, |most, axis| {
         most.max((bounds.min[axis] - origin[axis]).abs()).max((bounds.max[axis] - origin[axis]).abs())

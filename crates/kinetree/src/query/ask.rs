@@ -53,22 +53,24 @@ impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
+        let mut visitor = InWorld { world: self.world, ray: self.ray, rules: self.rules, gather: self.gather };
+        if self.world.top.instances().len() == 1 {
+            // The boxes in the root of its mesh say as much as its own.
+            let _ = visitor.leaf(isa, WideLink::units(0..1), self.tally);
+            return;
+        }
         let safe = SafeRay::over_instances(self.ray, &self.world.top.bounds());
         if safe.needs_care() {
-            return self.carefully(&safe);
+            return carefully(visitor, &safe, self.tally);
         }
-        let mut visitor = InWorld { world: self.world, ray: self.ray, rules: self.rules, gather: self.gather };
         walk_wide(isa, self.world.top.tree(), RayLanes::new(isa, &safe), &mut visitor, self.tally);
     }
 }
 
-impl<F: Filter, G: Gather, T: Tally> Ask<'_, F, G, T> {
-    #[cold]
-    #[inline(never)]
-    fn carefully(self, safe: &SafeRay) {
-        let mut visitor = InWorld { world: self.world, ray: self.ray, rules: self.rules, gather: self.gather };
-        walk_wide(Scalar, self.world.top.tree(), Carefully(safe), &mut visitor, self.tally);
-    }
+#[cold]
+#[inline(never)]
+fn carefully<F: Filter, G: Gather, T: Tally>(mut visitor: InWorld<'_, F, G>, safe: &SafeRay, tally: &mut T) {
+    walk_wide(Scalar, visitor.world.top.tree(), Carefully(safe), &mut visitor, tally);
 }
 
 struct InWorld<'a, F, G> {

@@ -4,16 +4,20 @@
 
 mod all_hits;
 mod ask;
+mod batch;
 mod by_looking;
 mod candidate;
 mod closest;
 mod hit;
 mod occluded;
 mod options;
+mod sort;
 
 pub use candidate::Candidate;
 pub use hit::Hit;
 pub use options::{ByLooking, Coherence, Cull, Query};
+
+pub(crate) use batch::{closest_hits, occluded_each};
 
 use all_hits::AllHits;
 use candidate::{AskFilter, Filter, NoFilter};

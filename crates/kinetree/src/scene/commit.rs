@@ -11,7 +11,7 @@ use super::ring::Ring;
 use super::snapshot::Snapshot;
 use super::top_level;
 use crate::clock::Clock;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Affine};
 use crate::traverse::Posed;
 use crate::wide::InstanceRecord;
 
@@ -118,6 +118,7 @@ impl Scene {
                 mask: placement.mask,
                 user_id: placement.user_id.unwrap_or(0),
                 opaque: instance.opaque,
+                identity: world_from_object == Affine::IDENTITY,
             });
             frame.boxes.push(bounds);
             frame.placed.push(PlacedInstance {

@@ -100,8 +100,16 @@ impl LivingMesh {
             let rest = Triangles::new(data.positions.clone(), data.triangles.clone());
             let rest = rest.expect("a mesh has only indices in range");
             // Another scene may have been faster; the trees are the same.
-            let _ = data.first_build.set(grow(&rest, self.motion, threads));
+            let _ = data.first_build.set(grow(&rest, self.quality(), threads));
         }
+    }
+
+    fn quality(&self) -> Quality {
+        self.data().quality.unwrap_or(match self.motion {
+            Motion::Static => Quality::Balanced,
+            Motion::Rigid | Motion::Deforming => Quality::Fast,
+            Motion::Rebuilt => Quality::Fastest,
+        })
     }
 
     fn shares_first_build(&self) -> bool {
@@ -157,7 +165,7 @@ impl LivingMesh {
             }
         }
         if from.is_none() || report.reason == Reason::Drifted {
-            spare.bvh = grow(&spare.triangles, self.motion, threads);
+            spare.bvh = grow(&spare.triangles, self.quality(), threads);
             self.build_cost = BuildCost::of(&spare.bvh);
             self.drift = 1.0;
         }
@@ -203,12 +211,7 @@ impl LivingMesh {
     }
 }
 
-fn grow(triangles: &Triangles, motion: Motion, threads: &Threads) -> WideMesh {
-    let quality = match motion {
-        Motion::Static => Quality::Balanced,
-        Motion::Rigid | Motion::Deforming => Quality::Fast,
-        Motion::Rebuilt => Quality::Fastest,
-    };
+fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> WideMesh {
     let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
     WideMesh::new(&build::triangles(triangles, &options), triangles)
 }

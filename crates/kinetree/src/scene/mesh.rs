@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::input::check_finite;
 use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
+use crate::build::Quality;
 use crate::wide::WideMesh;
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
@@ -18,6 +19,8 @@ pub(crate) struct MeshData {
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) morph_targets: Vec<MorphTarget>,
     pub(crate) skin: Option<Skin>,
+    /// Instead of what the motion suggests.
+    pub(crate) quality: Option<Quality>,
     /// Of the rest pose; built by the first of several clones that bend.
     pub(crate) first_build: OnceLock<WideMesh>,
 }
@@ -74,6 +77,14 @@ impl Mesh {
             }
         }
         Ok(self.changed(|data| data.morph_targets = targets))
+    }
+
+    /// How much build time to trade for traversal speed, for this mesh, instead of what its [`Motion`](crate::Motion) suggests.
+    pub fn with_quality(self, quality: Quality) -> Self {
+        self.changed(|data| {
+            data.quality = Some(quality);
+            data.first_build = OnceLock::new();
+        })
     }
 
     /// Metres, object space, rest pose.

@@ -6,7 +6,7 @@ use super::frame::{Frame, PlacedInstance};
 use super::handle::{InstanceId, MeshId};
 use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine, Ray};
-use crate::query::{Coherence, Hit, Query};
+use crate::query::{self, Coherence, Hit, Query};
 use crate::traverse::Posed;
 use crate::update::Motion;
 use crate::wide::{InstanceRecord, WideMesh, WideTop};
@@ -48,18 +48,16 @@ impl Snapshot {
     ///
     /// # Panics
     /// When there are not as many hits as rays.
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], _: Coherence) {
-        assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
+        query::closest_hits(&self.0.world, rays, hits, coherence);
     }
 
     /// Whether each ray hits anything, on the calling thread.
     ///
     /// # Panics
     /// When there are not as many answers as rays.
-    pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], _: Coherence) {
-        assert_eq!(rays.len(), answers.len(), "one answer per ray");
-        rays.iter().zip(answers).for_each(|(ray, answer)| *answer = self.occluded(ray));
+    pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
+        query::occluded_each(&self.0.world, rays, answers, coherence);
     }
 
     /// What the commit did that made this frame.

@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Isa, Kernel};
+use super::{Isa, Kernel, Row};
 
 /// Exists only where the processor has AVX2.
 #[derive(Clone, Copy)]
@@ -33,6 +33,7 @@ impl Avx2 {
 impl Isa for Avx2 {
     type F8 = __m256;
     type F4 = __m128;
+    type F16 = [__m256; 2];
 
     #[inline(always)]
     fn splat8(self, x: f32) -> __m256 {
@@ -70,6 +71,18 @@ impl Isa for Avx2 {
     fn min8(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: `self` proves AVX2.
         unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max_bits8(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves AVX2. One cycle instead of four.
+        unsafe { _mm256_castsi256_ps(_mm256_max_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
+    }
+
+    #[inline(always)]
+    fn min_bits8(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves AVX2. One cycle instead of four.
+        unsafe { _mm256_castsi256_ps(_mm256_min_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
     }
 
     #[inline(always)]
@@ -132,5 +145,83 @@ impl Isa for Avx2 {
     fn eq4(self, a: __m128, b: __m128) -> u8 {
         // SAFETY: `self` proves AVX2.
         unsafe { _mm_movemask_ps(_mm_cmpeq_ps(a, b)) as u8 }
+    }
+
+    #[inline(always)]
+    fn splat16(self, x: f32) -> [__m256; 2] {
+        [self.splat8(x); 2]
+    }
+
+    #[inline(always)]
+    fn load16(self, x: &Row) -> [__m256; 2] {
+        // SAFETY: `self` proves AVX2; sixteen floats are read from a row of sixteen, which is aligned to 64 bytes.
+        unsafe { [_mm256_load_ps(x.0.as_ptr()), _mm256_load_ps(x.0.as_ptr().add(8))] }
+    }
+
+    #[inline(always)]
+    fn store16(self, x: [__m256; 2]) -> Row {
+        let mut out = Row([0.0; 16]);
+        // SAFETY: `self` proves AVX2; sixteen floats are written to a row of sixteen, which is aligned to 64 bytes.
+        unsafe {
+            _mm256_store_ps(out.0.as_mut_ptr(), x[0]);
+            _mm256_store_ps(out.0.as_mut_ptr().add(8), x[1]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn add16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        // SAFETY: `self` proves AVX2.
+        unsafe { [_mm256_add_ps(a[0], b[0]), _mm256_add_ps(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn sub16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        // SAFETY: `self` proves AVX2.
+        unsafe { [_mm256_sub_ps(a[0], b[0]), _mm256_sub_ps(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn mul16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        // SAFETY: `self` proves AVX2.
+        unsafe { [_mm256_mul_ps(a[0], b[0]), _mm256_mul_ps(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn div16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        // SAFETY: `self` proves AVX2.
+        unsafe { [_mm256_div_ps(a[0], b[0]), _mm256_div_ps(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn mul_sub16(self, a: [__m256; 2], b: [__m256; 2], c: [__m256; 2]) -> [__m256; 2] {
+        [self.mul_sub8(a[0], b[0], c[0]), self.mul_sub8(a[1], b[1], c[1])]
+    }
+
+    #[inline(always)]
+    fn max16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        [self.max8(a[0], b[0]), self.max8(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn min16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        [self.min8(a[0], b[0]), self.min8(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn le16(self, a: [__m256; 2], b: [__m256; 2]) -> u16 {
+        u16::from(self.le8(a[0], b[0])) | u16::from(self.le8(a[1], b[1])) << 8
+    }
+
+    #[inline(always)]
+    fn eq16(self, a: [__m256; 2], b: [__m256; 2]) -> u16 {
+        // SAFETY: `self` proves AVX2.
+        let (low, high) = unsafe {
+            (
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(a[0], b[0])),
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(a[1], b[1])),
+            )
+        };
+        low as u16 & 0xff | (high as u16) << 8
     }
 }

@@ -12,6 +12,7 @@ mod avx512;
 mod scalar;
 
 use std::fmt;
+use std::mem::MaybeUninit;
 use std::sync::OnceLock;
 
 #[cfg(target_arch = "x86_64")]
@@ -28,6 +29,8 @@ pub(crate) trait Isa: Copy {
     type F8: Copy;
     /// Four lanes.
     type F4: Copy;
+    /// Sixteen lanes: a row of a packet of rays.
+    type F16: Copy;
 
     fn splat8(self, x: f32) -> Self::F8;
     fn load8(self, x: &[f32; 8]) -> Self::F8;
@@ -48,9 +51,60 @@ pub(crate) trait Isa: Copy {
     fn le4(self, a: Self::F4, b: Self::F4) -> u8;
     fn eq4(self, a: Self::F4, b: Self::F4) -> u8;
 
-    /// Puts `(distance, link)` of the lanes in `mask` on a stack, the nearest one last, and says how many there are.
+    /// The larger one, compared by bits: right unless both are negative, when either may come out. Never of what is not a number.
+    #[inline(always)]
+    fn max_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8 {
+        self.max8(a, b)
+    }
+
+    /// The smaller one, compared by bits: right unless both are negative, when either may come out. Never of what is not a number.
+    #[inline(always)]
+    fn min_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8 {
+        self.min8(a, b)
+    }
+
+    /// The lanes in `in_use` with `entry <= exit`, as stack entries in the last places of `room`, nearer ones first. Says how many there are, and gives the link of
+    /// the first one.
     ///
-    /// An entry has the bits of the distance in its upper half, which order like the distance because it is not negative.
+    /// A stack entry has the link in its lower half and the bits of the entry distance in its upper half. `order` (lanes from far to near, three bits each, the
+    /// farthest lowest) is a guess at what comes nearer; a level may sort by it or by the distances.
+    #[inline(always)]
+    fn choose(
+        self,
+        entry: Self::F8,
+        exit: Self::F8,
+        in_use: u8,
+        links: &[u32; 8],
+        _order: u32,
+        room: &mut [MaybeUninit<u64>; 8],
+    ) -> (usize, u32) {
+        let mut left = self.le8(entry, exit) & in_use;
+        if left & left.wrapping_sub(1) == 0 {
+            return (usize::from(left != 0), links[left.trailing_zeros() as usize & 7]);
+        }
+        let distances = self.store8(entry);
+        // Insertion; there are two or three as a rule.
+        let mut sorted = [u64::MAX; 8];
+        let mut count = 0;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 7;
+            left &= left - 1;
+            let new = u64::from(distances[lane].to_bits()) << 32 | u64::from(links[lane]);
+            let mut at = count;
+            while at > 0 && sorted[(at - 1) & 7] > new {
+                sorted[at & 7] = sorted[(at - 1) & 7];
+                at -= 1;
+            }
+            sorted[at & 7] = new;
+            count += 1;
+        }
+        for at in 1..count {
+            room[(8 - count + at) & 7].write(sorted[at & 7]);
+        }
+        (count, sorted[0] as u32)
+    }
+
+    /// Puts `(distance, link)` of the lanes in `mask` on a stack, the nearest one last, and says how many there are.
     #[inline(always)]
     fn push_sorted(self, distances: Self::F8, links: &[u32; 8], mask: u8, stack: &mut [u64; 8]) -> usize {
         let distances = self.store8(distances);
@@ -60,7 +114,6 @@ pub(crate) trait Isa: Copy {
             let lane = left.trailing_zeros() as usize & 7;
             left &= left - 1;
             let entry = u64::from(distances[lane].to_bits()) << 32 | u64::from(links[lane]);
-            // Insertion keeps the farthest first; there are two or three as a rule.
             let mut at = count;
             while at > 0 && stack[(at - 1) & 7] < entry {
                 stack[at & 7] = stack[(at - 1) & 7];
@@ -71,7 +124,35 @@ pub(crate) trait Isa: Copy {
         }
         count
     }
+
+    fn splat16(self, x: f32) -> Self::F16;
+    fn load16(self, x: &Row) -> Self::F16;
+    fn store16(self, x: Self::F16) -> Row;
+    fn add16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    fn sub16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    fn mul16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    fn div16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    /// `a * b - c`. Rounded once or twice: only for what may lean.
+    fn mul_sub16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
+    fn max16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    fn min16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    fn le16(self, a: Self::F16, b: Self::F16) -> u16;
+    fn eq16(self, a: Self::F16, b: Self::F16) -> u16;
+
+    /// Writes the lanes in `mask`; the others stay what they are.
+    #[inline(always)]
+    fn keep16(self, place: &mut Row, mask: u16, x: Self::F16) {
+        let x = self.store16(x);
+        for lane in 0..16 {
+            place.0[lane] = if mask >> lane & 1 == 1 { x.0[lane] } else { place.0[lane] };
+        }
+    }
 }
+
+/// Sixteen numbers in one cache line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Row(pub(crate) [f32; 16]);
 
 /// Work that is compiled once for each level.
 pub(crate) trait Kernel {
@@ -172,15 +253,35 @@ mod tests {
                 out.extend(isa.store4(v)[..3].iter().map(|x| x.to_bits()));
             }
             out.extend([u32::from(isa.le4(x, y)), u32::from(isa.eq4(x, y))]);
-            let mut stack = [0; 8];
-            let distances = isa.load8(&[5.0, 1.0, 9.0, 2.0, 0.0, 2.0, 8.0, 3.0]);
-            for mask in [0b1, 0b11, 0b1011_0101, 0b1111_1111] {
-                let count = isa.push_sorted(distances, &[10, 11, 12, 13, 14, 15, 16, 17], mask, &mut stack);
-                assert!(stack[..count].windows(2).all(|pair| pair[0] >= pair[1]));
-                out.extend(stack[..count].iter().map(|entry| (entry >> 32) as u32));
-                let mut links: Vec<u32> = stack[..count].iter().map(|entry| *entry as u32).collect();
-                links.sort_unstable();
-                out.extend(links);
+            let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
+            let (x, y) = (isa.load16(&wide([1.0, -2.0, 0.3, nan])), isa.load16(&wide([3.0, -2.0, -0.7, 1.0])));
+            for v in [isa.add16(x, y), isa.sub16(x, y), isa.mul16(x, y), isa.div16(x, y), isa.splat16(0.1)] {
+                out.extend(isa.store16(v).0.iter().map(|x| if x.is_nan() { 1 } else { x.to_bits() }));
+            }
+            for v in [isa.max16(x, y), isa.min16(x, y), isa.mul_sub16(isa.splat16(2.0), y, isa.splat16(1.0))] {
+                out.extend(isa.store16(v).0.iter().map(|x| x.to_bits()));
+            }
+            out.extend([u32::from(isa.le16(x, y)), u32::from(isa.eq16(x, y))]);
+            let mut place = Row([7.0; 16]);
+            isa.keep16(&mut place, 0b1010_0000_0011_0001, y);
+            out.extend(place.0.iter().map(|x| x.to_bits()));
+            let entry = isa.load8(&[5.0, 1.0, 9.0, 2.0, 0.0, 2.5, 8.0, 3.0]);
+            // Lane 4 is the nearest, then 1, 3, 5, 7, 0, 6, 2.
+            let order = [2, 6, 0, 7, 5, 3, 1, 4].iter().rev().fold(0, |order, lane| order << 3 | lane);
+            for missed in [0b1111_1111_u8, 0b0111_1111, 0b0011_1111, 0b1110_1010, 0b0000_0001, 0] {
+                let exit = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| if missed >> lane & 1 == 1 { -1.0 } else { 10.0 });
+                for in_use in [0xff_u8, 0x0f] {
+                    let mut room = [MaybeUninit::new(0); 8];
+                    let links = [10, 11, 12, 13, 14, 15, 16, 17];
+                    let (count, nearest) = isa.choose(entry, isa.load8(&exit), in_use, &links, order, &mut room);
+                    assert_eq!(count, (!missed & in_use).count_ones() as usize);
+                    out.extend([count as u32, if count > 0 { nearest } else { 0 }]);
+                    for entry in room.iter().skip(8 - count).skip(1) {
+                        // SAFETY: all were initialised above.
+                        let entry = unsafe { entry.assume_init() };
+                        out.extend([entry as u32, (entry >> 32) as u32]);
+                    }
+                }
             }
             out
         }

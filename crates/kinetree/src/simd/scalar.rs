@@ -1,6 +1,6 @@
 //! The vocabulary in plain Rust: the slow twin of the others, and what other processors run.
 
-use super::Isa;
+use super::{Isa, Row};
 
 #[derive(Clone, Copy)]
 pub(crate) struct Scalar;
@@ -19,9 +19,15 @@ fn mask<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> bool) 
     (0..N).fold(0, |bits, lane| bits | u8::from(f(a[lane], b[lane])) << lane)
 }
 
+#[inline(always)]
+fn mask16(a: [f32; 16], b: [f32; 16], f: impl Fn(f32, f32) -> bool) -> u16 {
+    (0..16).fold(0, |bits, lane| bits | u16::from(f(a[lane], b[lane])) << lane)
+}
+
 impl Isa for Scalar {
     type F8 = [f32; 8];
     type F4 = [f32; 4];
+    type F16 = [f32; 16];
 
     #[inline(always)]
     fn splat8(self, x: f32) -> [f32; 8] {
@@ -101,5 +107,65 @@ impl Isa for Scalar {
     #[inline(always)]
     fn eq4(self, a: [f32; 4], b: [f32; 4]) -> u8 {
         mask(a, b, |a, b| a == b)
+    }
+
+    #[inline(always)]
+    fn splat16(self, x: f32) -> [f32; 16] {
+        [x; 16]
+    }
+
+    #[inline(always)]
+    fn load16(self, x: &Row) -> [f32; 16] {
+        x.0
+    }
+
+    #[inline(always)]
+    fn store16(self, x: [f32; 16]) -> Row {
+        Row(x)
+    }
+
+    #[inline(always)]
+    fn add16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
+        zip(a, b, |a, b| a + b)
+    }
+
+    #[inline(always)]
+    fn sub16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
+        zip(a, b, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn mul16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
+        zip(a, b, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn div16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
+        zip(a, b, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn mul_sub16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
+    }
+
+    #[inline(always)]
+    fn max16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn min16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
+        zip(a, b, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn le16(self, a: [f32; 16], b: [f32; 16]) -> u16 {
+        mask16(a, b, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    fn eq16(self, a: [f32; 16], b: [f32; 16]) -> u16 {
+        mask16(a, b, |a, b| a == b)
     }
 }

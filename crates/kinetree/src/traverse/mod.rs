@@ -1,12 +1,16 @@
 //! Walking trees: one walk, many questions.
 
 mod block;
+mod packet;
 mod two_level;
 mod walk;
 mod wide;
 mod work;
 
 pub(crate) use block::ShearedLanes;
+pub(crate) use packet::{
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, octants, rows_of, walk_packet,
+};
 pub use two_level::{Posed, TwoLevel};
 pub use walk::{Visitor, walk};
 pub(crate) use wide::{Carefully, RayLanes, WideVisitor, walk_wide};

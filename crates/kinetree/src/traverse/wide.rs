@@ -20,9 +20,13 @@ pub(crate) trait WideVisitor<I: Isa, T: Tally> {
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()>;
 }
 
-/// Which of the eight boxes a ray enters, and where.
+/// Where a ray enters and leaves the eight boxes of a node.
 pub(crate) trait Boxes<I: Isa>: Copy {
-    fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (u8, I::F8);
+    /// Entered where the first is at most the second, and only lanes in use count. The first is not negative.
+    fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (I::F8, I::F8);
+
+    /// Bit per axis: whether the ray runs down it.
+    fn octant(&self) -> usize;
 }
 
 /// A ray in registers: one multiplication and subtraction per plane. See [`SafeRay`] for how it leans.
@@ -41,10 +45,10 @@ impl<I: Isa> RayLanes<I> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &SafeRay) -> Self {
         Self {
-            near_scale: [0, 1, 2].map(|axis| isa.splat8(ray.near[axis].scale)),
-            near_offset: [0, 1, 2].map(|axis| isa.splat8(ray.near[axis].offset)),
-            far_scale: [0, 1, 2].map(|axis| isa.splat8(ray.far[axis].scale)),
-            far_offset: [0, 1, 2].map(|axis| isa.splat8(ray.far[axis].offset)),
+            near_scale: [0, 1, 2].map(|axis| isa.splat8(ray.near.scale[axis])),
+            near_offset: [0, 1, 2].map(|axis| isa.splat8(ray.near.offset[axis])),
+            far_scale: [0, 1, 2].map(|axis| isa.splat8(ray.far.scale[axis])),
+            far_offset: [0, 1, 2].map(|axis| isa.splat8(ray.far.offset[axis])),
             near_side: [0, 1, 2].map(|axis| usize::from(ray.downwards[axis])),
             t_min: isa.splat8(ray.t_min),
         }
@@ -53,17 +57,24 @@ impl<I: Isa> RayLanes<I> {
 
 impl<I: Isa> Boxes<I> for RayLanes<I> {
     #[inline(always)]
-    fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (u8, I::F8) {
-        let (mut entry, mut exit) = (self.t_min, t_max);
-        for axis in 0..3 {
-            let side = self.near_side[axis] & 1;
-            let near = isa.load8(&node.planes[axis][side]);
-            let far = isa.load8(&node.planes[axis][side ^ 1]);
-            // New value first: on NaN, `max` and `min` keep the second.
-            entry = isa.max8(isa.mul_sub8(near, self.near_scale[axis], self.near_offset[axis]), entry);
-            exit = isa.min8(isa.mul_sub8(far, self.far_scale[axis], self.far_offset[axis]), exit);
-        }
-        (isa.le8(entry, exit) & node.in_use as u8, entry)
+    fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (I::F8, I::F8) {
+        let near = |axis: usize| {
+            let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1]);
+            isa.mul_sub8(planes, self.near_scale[axis], self.near_offset[axis])
+        };
+        let far = |axis: usize| {
+            let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1 ^ 1]);
+            isa.mul_sub8(planes, self.far_scale[axis], self.far_offset[axis])
+        };
+        // None is not a number, since the ray is tame; `t_min` is not negative, and an exit that is counts as none.
+        let entry = isa.max_bits8(isa.max_bits8(near(0), near(1)), isa.max_bits8(near(2), self.t_min));
+        let exit = isa.min_bits8(isa.min_bits8(far(0), far(1)), isa.min_bits8(far(2), t_max));
+        (entry, exit)
+    }
+
+    #[inline(always)]
+    fn octant(&self) -> usize {
+        self.near_side[0] | self.near_side[1] << 1 | self.near_side[2] << 2
     }
 }
 
@@ -73,24 +84,27 @@ pub(crate) struct Carefully<'a>(pub(crate) &'a SafeRay);
 
 impl<I: Isa> Boxes<I> for Carefully<'_> {
     #[inline(always)]
-    fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (u8, I::F8) {
-        let (mask, entries) = self.0.enter_all(node, isa.store8(t_max)[0]);
-        (mask, isa.load8(&entries))
+    fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (I::F8, I::F8) {
+        let (entry, exit) = self.0.enter_all(node, isa.store8(t_max)[0]);
+        (isa.load8(&entry), isa.load8(&exit))
+    }
+
+    #[inline(always)]
+    fn octant(&self) -> usize {
+        0
     }
 }
 
 impl SafeRay {
     #[cold]
-    fn enter_all(&self, node: &WideNode, t_max: f32) -> (u8, [f32; 8]) {
-        let mut entries = [0.0; 8];
-        let mut mask = 0;
+    fn enter_all(&self, node: &WideNode, t_max: f32) -> ([f32; 8], [f32; 8]) {
+        let (mut entries, mut exits) = ([0.0; 8], [-1.0; 8]);
         for (lane, _) in node.lanes() {
             if let Some(entry) = self.enter(&node.bounds(lane), t_max) {
-                entries[lane] = entry;
-                mask |= 1 << lane;
+                (entries[lane], exits[lane]) = (entry, f32::INFINITY);
             }
         }
-        (mask, entries)
+        (entries, exits)
     }
 }
 
@@ -107,37 +121,33 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
     if nodes.is_empty() {
         return;
     }
-    // Not zeroed: that would be a call, and longer than the walk of many a ray.
+    // Grows downwards, so that the nearest is the lowest. Not zeroed: that would be a call, and longer than the walk of many a ray.
     let mut stack = [MaybeUninit::<u64>::uninit(); WIDE_STACK];
-    let mut aside = 0;
+    let mut top = WIDE_STACK;
     let mut t_max = isa.splat8(visitor.t_max());
     let mut link = WideLink::node(0);
+    let octant = boxes.octant();
     loop {
         // SAFETY: links that are not leaves lead to nodes of the same tree (promises 1 and 5 of `WideTree`, whose fields only `wide` writes).
         let node = unsafe { nodes.get_unchecked(link.index()) };
         tally.node();
-        let (mask, entry) = boxes.enter(isa, node, t_max);
-        if mask & mask.wrapping_sub(1) == 0 {
-            if mask != 0 {
-                link = WideLink::from_bits(node.links[mask.trailing_zeros() as usize & 7]);
-            } else {
-                match pop(&stack, &mut aside, visitor.t_max()) {
-                    Some(next) => link = next,
-                    None => return,
-                }
-            }
+        let (entry, exit) = boxes.enter(isa, node, t_max);
+        // SAFETY: each node on a path sets at most seven links aside, and no path is longer than promise 6 says, so there is room for eight more.
+        let room = unsafe { &mut *stack.as_mut_ptr().add(top - 8).cast::<[MaybeUninit<u64>; 8]>() };
+        let (count, nearest) = if V::ORDERED {
+            isa.choose(entry, exit, node.in_use, &node.links, node.far_to_near(octant), room)
         } else {
-            // SAFETY: a node sets aside at most eight links and takes one of them up again, so a path of promise 6's length leaves room for eight more; the
-            // first `aside` entries are written.
-            let room = unsafe { &mut *stack.as_mut_ptr().add(aside).cast::<[u64; 8]>() };
-            let count = if V::ORDERED {
-                isa.push_sorted(entry, &node.links, mask, room)
-            } else {
-                push_in_order(&node.links, mask, room)
-            };
-            aside += count - 1;
-            // SAFETY: the entry was written just now.
-            link = WideLink::from_bits(unsafe { stack.get_unchecked(aside).assume_init() } as u32);
+            in_order(isa.le8(entry, exit) & node.in_use, &node.links, room)
+        };
+        if count != 0 {
+            // The nearest is taken at once, the others wait.
+            top -= count - 1;
+            link = WideLink::from_bits(nearest);
+        } else {
+            match pop(&stack, &mut top, visitor.t_max()) {
+                Some(next) => link = next,
+                None => return,
+            }
         }
         while link.is_leaf() {
             tally.leaf();
@@ -146,7 +156,7 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
             }
             let nearest = visitor.t_max();
             t_max = isa.splat8(nearest);
-            match pop(&stack, &mut aside, nearest) {
+            match pop(&stack, &mut top, nearest) {
                 Some(next) => link = next,
                 None => return,
             }
@@ -156,11 +166,11 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
 
 /// The nearest of what was set aside, unless it lies too far by now.
 #[inline(always)]
-fn pop(stack: &[MaybeUninit<u64>; WIDE_STACK], aside: &mut usize, t_max: f32) -> Option<WideLink> {
-    while *aside > 0 {
-        *aside -= 1;
-        // SAFETY: the first `aside` entries are written, and there are no more than fit.
-        let entry = unsafe { stack.get_unchecked(*aside).assume_init() };
+fn pop(stack: &[MaybeUninit<u64>; WIDE_STACK], top: &mut usize, t_max: f32) -> Option<WideLink> {
+    while *top < WIDE_STACK {
+        // SAFETY: everything from `top` on has been written.
+        let entry = unsafe { stack.get_unchecked(*top).assume_init() };
+        *top += 1;
         if (entry >> 32) as u32 <= t_max.to_bits() {
             return Some(WideLink::from_bits(entry as u32));
         }
@@ -168,13 +178,14 @@ fn pop(stack: &[MaybeUninit<u64>; WIDE_STACK], aside: &mut usize, t_max: f32) ->
     None
 }
 
-/// The lanes of the mask, the first one last, without distances: they count as entered at once.
+/// The lanes of the mask as they stand, in the last places of the room, without distances: they count as entered at once.
 #[inline(always)]
-fn push_in_order(links: &[u32; 8], mut mask: u8, stack: &mut [u64; 8]) -> usize {
+fn in_order(mut mask: u8, links: &[u32; 8], room: &mut [MaybeUninit<u64>; 8]) -> (usize, u32) {
     let count = mask.count_ones() as usize;
-    for at in (0..count).rev() {
-        stack[at & 7] = u64::from(links[mask.trailing_zeros() as usize & 7]);
+    let first = links[mask.trailing_zeros() as usize & 7];
+    for at in 1..count {
         mask &= mask.wrapping_sub(1);
+        room[(8 - count + at) & 7].write(u64::from(links[mask.trailing_zeros() as usize & 7]));
     }
-    count
+    (count, first)
 }

@@ -21,7 +21,10 @@ pub struct WideMesh {
 
 impl WideMesh {
     /// Collapses a binary tree over triangles.
-    pub(crate) fn new(binary: &Bvh, triangles: &Triangles) -> Self {
+    ///
+    /// # Panics
+    /// When the tree is one over more triangles than there are.
+    pub fn new(binary: &Bvh, triangles: &Triangles) -> Self {
         let mut blocks = Vec::with_capacity(binary.primitives().len() / 3 + 1);
         let tree = collapse(binary, &COSTS, |places| {
             let first = blocks.len() as u32;

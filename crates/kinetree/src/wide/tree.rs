@@ -134,7 +134,7 @@ impl WideTree {
             if depth_of[at] > MAX_DEPTH {
                 return violation(6, "a path that is too long", 0);
             }
-            if node.in_use == 0 || node.in_use & (node.in_use + 1) != 0 || node.in_use > 0xff {
+            if node.in_use == 0 || node.in_use & node.in_use.wrapping_add(1) != 0 {
                 return violation(2, "lanes with gaps, or none", 0);
             }
             for (lane, link) in node.lanes() {

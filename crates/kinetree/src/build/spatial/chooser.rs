@@ -1,0 +1,63 @@
+//! Whole references to either side, or a plane through them?
+
+use super::divide::divide;
+use super::object::ObjectCut;
+use super::parts::Parts;
+use super::planes::best_plane;
+use crate::build::BuildOptions;
+use crate::build::cut::{Chooser, Cut};
+use crate::build::reference::{Reference, bounds_of};
+use crate::geometry::Aabb;
+use crate::threads::Threads;
+
+/// Planes are looked for where the sides of the best cut between whole references overlap by more than this share of the root's area.
+///
+/// The value is that of Stich et al. 2009.
+const OVERLAP_THAT_MATTERS: f32 = 1e-5;
+
+pub(super) struct Chosen<'a> {
+    parts: Parts<'a>,
+    /// Square metres.
+    overlap_that_matters: f32,
+    node_cost: f32,
+}
+
+impl<'a> Chosen<'a> {
+    pub(super) fn by(references: &[Reference], parts: Parts<'a>, options: &BuildOptions) -> Self {
+        let root = bounds_of(references, &options.threads).half_area();
+        Self { parts, overlap_that_matters: root * OVERLAP_THAT_MATTERS, node_cost: options.node_cost }
+    }
+
+    fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+        let room = references.len() - count;
+        let area = bounds.half_area();
+        let object = ObjectCut::best(&references[..count], threads);
+        let as_leaf = area * (count as f32 - self.node_cost);
+        let to_beat = object.as_ref().map_or(as_leaf, |object| object.cost.min(as_leaf));
+        let overlaps = object.as_ref().is_none_or(|object| object.overlap > self.overlap_that_matters);
+        if room > 0 && overlaps && area.is_finite() {
+            let plane = best_plane(&references[..count], bounds, room, &self.parts, threads);
+            if let Some(plane) = plane.filter(|plane| plane.cost < to_beat) {
+                let (left, right) = divide(references, count, (plane.axis, plane.position), &self.parts, threads);
+                if left > 0 && right > 0 {
+                    return Cut::Spatial { left, right };
+                }
+            }
+        }
+        match object {
+            Some(object) if object.cost < as_leaf => Cut::Object { left: object.carry_out(&mut references[..count]) },
+            _ => Cut::Leaf,
+        }
+    }
+}
+
+impl Chooser for Chosen<'_> {
+    fn choose(&self, references: &mut [Reference], bounds: &Aabb, threads: &Threads) -> Cut {
+        let count = references.len();
+        self.cut(references, count, bounds, threads)
+    }
+
+    fn choose_with_room(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+        self.cut(references, count, bounds, threads)
+    }
+}

@@ -1,0 +1,182 @@
+//! The best plane to cut a set of references with, references included.
+//!
+//! Space is divided into equal slabs along each axis. Each reference is cut at the planes between them, all at once: corners extend the box of the slab
+//! that they lie in, and where an edge crosses a plane it extends the boxes on both sides. Then it is known for every plane how large both sides would be.
+
+use glam::Vec3A;
+
+use super::fast_box::FastBox;
+use super::parts::Parts;
+use crate::build::reference::{GRAIN, Reference};
+use crate::geometry::Aabb;
+use crate::threads::Threads;
+
+const BINS: usize = 16;
+
+/// A plane to cut at, and what that would cost.
+pub(super) struct Plane {
+    /// Primitive tests of both sides, each times its area.
+    pub(super) cost: f32,
+    pub(super) axis: usize,
+    pub(super) position: f32,
+}
+
+/// The cheapest plane that makes no more than `room` references more.
+pub(super) fn best_plane(
+    references: &[Reference],
+    bounds: &Aabb,
+    room: usize,
+    parts: &Parts<'_>,
+    threads: &Threads,
+) -> Option<Plane> {
+    let slabs = Slabs::of(bounds);
+    let fill = |piece: &[Reference]| {
+        let mut bins = Bins::default();
+        piece.iter().for_each(|reference| bins.add(&slabs, reference, parts));
+        bins
+    };
+    let bins = threads.reduce(references, GRAIN, &fill, &Bins::merged);
+    let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
+        let (cost, bin) = bins.best_plane(axis, references.len() + room)?;
+        Some(Plane { cost, axis, position: slabs.plane(axis, bin) })
+    });
+    best.min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// Equal pieces of space along each axis.
+struct Slabs {
+    start: [f32; 3],
+    width: [f32; 3],
+    /// Slabs per metre; zero for an axis that is not divided.
+    scale: [f32; 3],
+}
+
+impl Slabs {
+    fn of(bounds: &Aabb) -> Self {
+        let width = bounds.extent().map(|length| length / BINS as f32);
+        let scale = width.map(|width| if width.is_normal() && width.recip().is_normal() { width.recip() } else { 0.0 });
+        Self { start: bounds.min, width, scale }
+    }
+
+    #[inline(always)]
+    fn bin(&self, axis: usize, x: f32) -> usize {
+        (((x - self.start[axis]) * self.scale[axis]) as usize).min(BINS - 1)
+    }
+
+    /// The lower plane of a slab.
+    #[inline(always)]
+    fn plane(&self, axis: usize, bin: usize) -> f32 {
+        self.start[axis] + self.width[axis] * bin as f32
+    }
+}
+
+#[derive(Clone)]
+struct Bins {
+    bounds: [[FastBox; BINS]; 3],
+    /// How many references have their first piece here.
+    first: [[u32; BINS]; 3],
+    /// How many have their last piece here.
+    last: [[u32; BINS]; 3],
+}
+
+impl Default for Bins {
+    fn default() -> Self {
+        Self { bounds: [[FastBox::EMPTY; BINS]; 3], first: [[0; BINS]; 3], last: [[0; BINS]; 3] }
+    }
+}
+
+impl Bins {
+    fn add(&mut self, slabs: &Slabs, reference: &Reference, parts: &Parts<'_>) {
+        let bounds = FastBox::from(&reference.bounds);
+        for axis in 0..3 {
+            let first = slabs.bin(axis, reference.bounds.min[axis]);
+            let last = slabs.bin(axis, reference.bounds.max[axis]);
+            if first == last {
+                self.bounds[axis][first] = self.bounds[axis][first].union(&bounds);
+                self.first[axis][first] += 1;
+                self.last[axis][first] += 1;
+            } else {
+                self.add_pieces(slabs, axis, first, last, &bounds, reference, parts);
+            }
+        }
+    }
+
+    fn add_pieces(
+        &mut self,
+        slabs: &Slabs,
+        axis: usize,
+        first: usize,
+        last: usize,
+        bounds: &FastBox,
+        reference: &Reference,
+        parts: &Parts<'_>,
+    ) {
+        let corners = parts.triangles().get(reference.id).corners.map(Vec3A::from);
+        let mut pieces = [FastBox::EMPTY; BINS];
+        for i in 0..3 {
+            let (mut from, mut to) = (corners[i], corners[(i + 1) % 3]);
+            if from[axis] > to[axis] {
+                std::mem::swap(&mut from, &mut to);
+            }
+            let (begin, end) = (slabs.bin(axis, from[axis]), slabs.bin(axis, to[axis]));
+            pieces[begin].extend(from);
+            pieces[end].extend(to);
+            let step = (to - from) / (to[axis] - from[axis]);
+            for bin in begin.max(first)..end.min(last) {
+                let crossing = from + step * (slabs.plane(axis, bin + 1) - from[axis]);
+                pieces[bin].extend(crossing);
+                pieces[bin + 1].extend(crossing);
+            }
+        }
+        let (mut from, mut to) = (usize::MAX, 0);
+        for bin in first..=last {
+            let piece = pieces[bin].intersection(bounds);
+            if !piece.is_empty() {
+                self.bounds[axis][bin] = self.bounds[axis][bin].union(&piece);
+                from = from.min(bin);
+                to = bin;
+            }
+        }
+        // Rounding may leave nothing of a splinter: then it counts as a whole.
+        if from == usize::MAX {
+            (from, to) = (first, last);
+            self.bounds[axis][first] = self.bounds[axis][first].union(bounds);
+            self.bounds[axis][last] = self.bounds[axis][last].union(bounds);
+        }
+        self.first[axis][from] += 1;
+        self.last[axis][to] += 1;
+    }
+
+    fn merged(mut self, other: Self) -> Self {
+        let boxes = self.bounds.iter_mut().flatten().zip(other.bounds.iter().flatten());
+        boxes.for_each(|(one, more)| *one = one.union(more));
+        let firsts = self.first.iter_mut().flatten().zip(other.first.iter().flatten());
+        firsts.for_each(|(one, more)| *one += more);
+        let lasts = self.last.iter_mut().flatten().zip(other.last.iter().flatten());
+        lasts.for_each(|(one, more)| *one += more);
+        self
+    }
+
+    /// What the cheapest plane of an axis costs, and the slab above it.
+    fn best_plane(&self, axis: usize, most: usize) -> Option<(f32, usize)> {
+        let mut above = [(0.0, 0); BINS];
+        let (mut bounds, mut count) = (FastBox::EMPTY, 0);
+        for bin in (1..BINS).rev() {
+            bounds = bounds.union(&self.bounds[axis][bin]);
+            count += self.last[axis][bin];
+            above[bin] = (bounds.half_area() * count as f32, count);
+        }
+        let mut best: Option<(f32, usize)> = None;
+        let (mut bounds, mut count) = (FastBox::EMPTY, 0);
+        for bin in 1..BINS {
+            bounds = bounds.union(&self.bounds[axis][bin - 1]);
+            count += self.first[axis][bin - 1];
+            let cost = bounds.half_area() * count as f32 + above[bin].0;
+            let divides = count > 0 && above[bin].1 > 0 && (count + above[bin].1) as usize <= most;
+            if divides && cost.is_finite() && best.is_none_or(|best| cost < best.0) {
+                best = Some((cost, bin));
+            }
+        }
+        best
+    }
+}

@@ -1,0 +1,316 @@
+//! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
+
+use super::{Coherence, Hit, Query, sort};
+use crate::geometry::{Ray, Sheared, TriangleHit};
+use crate::simd::{Isa, Kernel};
+use crate::traverse::{
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel, octants,
+    rows_of, walk_packet,
+};
+use crate::wide::WideLink;
+
+/// The nearest hit of each ray.
+///
+/// # Panics
+/// When there are not as many hits as rays.
+pub(crate) fn closest_hits(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
+    assert_eq!(rays.len(), hits.len(), "one hit per ray");
+    let alone = |ray: &Ray| Query::new(world).closest_hit(ray);
+    each(world, rays, hits, coherence, alone, Nearest::new);
+}
+
+/// Whether each ray hits anything.
+///
+/// # Panics
+/// When there are not as many answers as rays.
+pub(crate) fn occluded_each(world: &TwoLevel, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
+    assert_eq!(rays.len(), answers.len(), "one answer per ray");
+    let alone = |ray: &Ray| Query::new(world).occluded(ray);
+    each(world, rays, answers, coherence, alone, Any::new);
+}
+
+fn each<G: GatherRows>(
+    world: &TwoLevel,
+    rays: &[Ray],
+    answers: &mut [G::Answer],
+    coherence: Coherence,
+    alone: impl Fn(&Ray) -> G::Answer,
+    within: impl Fn(Column) -> G,
+) {
+    match coherence {
+        Coherence::Coherent => {
+            for (rays, answers) in rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)) {
+                let left = world.level.run(Together { world, rays, answers: &mut *answers, within: &within });
+                for at in (0..rays.len()).filter(|at| left >> at & 1 == 1) {
+                    answers[at] = alone(&rays[at]);
+                }
+            }
+        }
+        Coherence::Incoherent if sort::is_worth_while(world, rays.len()) => {
+            for at in sort::order(rays, &world.top.bounds()) {
+                answers[at as usize] = alone(&rays[at as usize]);
+            }
+        }
+        _ => rays.iter().zip(answers).for_each(|(ray, answer)| *answer = alone(ray)),
+    }
+}
+
+/// What a question does with the hits of a packet.
+trait GatherRows {
+    /// Of each ray.
+    type Answer;
+
+    /// For each ray: hits beyond this do not matter (any more).
+    fn t_max(&self) -> &Column;
+
+    fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32, instance: u32);
+
+    fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32);
+
+    fn answer(&self, ray: usize) -> Self::Answer;
+}
+
+/// The nearest hit of each ray so far; at equal distance the one with the smaller (instance, primitive).
+struct Nearest {
+    t: Column,
+    u: Column,
+    v: Column,
+    back: u64,
+    found: u64,
+    primitive: [u32; PACKET],
+    instance: [u32; PACKET],
+}
+
+impl Nearest {
+    fn new(t_max: Column) -> Self {
+        let zero = Column::splat(0.0);
+        let none = [u32::MAX; PACKET];
+        Self { t: t_max, u: zero, v: zero, back: 0, found: 0, primitive: none, instance: none }
+    }
+}
+
+impl GatherRows for Nearest {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn t_max(&self) -> &Column {
+        &self.t
+    }
+
+    #[inline(always)]
+    fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32, instance: u32) {
+        let mut lanes = hits.lanes;
+        let mut ties = lanes & isa.eq16(hits.t, isa.load16(&self.t.0[row]));
+        while ties != 0 {
+            let lane = ties.trailing_zeros() as usize & 15;
+            ties &= ties - 1;
+            let ray = row * 16 + lane;
+            // The first hit of a ray can be as far as its end; no numbers are larger than those of no hit.
+            if (self.instance[ray], self.primitive[ray]) <= (instance, primitive) {
+                lanes &= !(1 << lane);
+            }
+        }
+        let [u, v] = hits.weights(isa);
+        isa.keep16(&mut self.t.0[row], lanes, hits.t);
+        isa.keep16(&mut self.u.0[row], lanes, u);
+        isa.keep16(&mut self.v.0[row], lanes, v);
+        for lane in 0..16 {
+            let (primitives, instances) = (&mut self.primitive[row * 16..][..16], &mut self.instance[row * 16..][..16]);
+            let taken = lanes >> lane & 1 == 1;
+            primitives[lane] = if taken { primitive } else { primitives[lane] };
+            instances[lane] = if taken { instance } else { instances[lane] };
+        }
+        let lanes = u64::from(lanes) << (16 * row);
+        self.found |= lanes;
+        self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;
+    }
+
+    #[cold]
+    fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32) {
+        let (hit_key, best) = ((hit.t, instance, primitive), (self.t.get(ray), self.instance[ray], self.primitive[ray]));
+        if hit_key < best {
+            self.t.set(ray, hit.t);
+            self.u.set(ray, hit.u);
+            self.v.set(ray, hit.v);
+            (self.primitive[ray], self.instance[ray]) = (primitive, instance);
+            self.found |= 1 << ray;
+            self.back = self.back & !(1 << ray) | u64::from(hit.back) << ray;
+        }
+    }
+
+    #[inline(always)]
+    fn answer(&self, ray: usize) -> Option<Hit> {
+        let hit = TriangleHit {
+            t: self.t.get(ray),
+            u: self.u.get(ray),
+            v: self.v.get(ray),
+            back: self.back >> ray & 1 == 1,
+        };
+        (self.found >> ray & 1 == 1).then(|| Hit::new(&hit, self.primitive[ray], self.instance[ray]))
+    }
+}
+
+/// Whether each ray has hit anything. One that has wants nothing any more.
+struct Any {
+    t_max: Column,
+    found: u64,
+}
+
+impl Any {
+    fn new(t_max: Column) -> Self {
+        Self { t_max, found: 0 }
+    }
+}
+
+impl GatherRows for Any {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn t_max(&self) -> &Column {
+        &self.t_max
+    }
+
+    #[inline(always)]
+    fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, _: u32, _: u32) {
+        isa.keep16(&mut self.t_max.0[row], hits.lanes, isa.splat16(f32::NEG_INFINITY));
+        self.found |= u64::from(hits.lanes) << (16 * row);
+    }
+
+    #[cold]
+    fn take_one(&mut self, ray: usize, _: &TriangleHit, _: u32, _: u32) {
+        self.t_max.set(ray, f32::NEG_INFINITY);
+        self.found |= 1 << ray;
+    }
+
+    #[inline(always)]
+    fn answer(&self, ray: usize) -> bool {
+        self.found >> ray & 1 == 1
+    }
+}
+
+/// Answers a packet, and says which rays are still to be asked alone.
+struct Together<'a, G: GatherRows, W> {
+    world: &'a TwoLevel,
+    rays: &'a [Ray],
+    answers: &'a mut [G::Answer],
+    within: &'a W,
+}
+
+impl<G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, G, W> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> u64 {
+        let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
+        let planes = PacketPlanes::over_instances(isa, &rays, &self.world.top.bounds());
+        let mut visitor =
+            InWorld { world: self.world, rays: &rays, gather: (self.within)(t_max), alone: planes.careful & set };
+        for set in octants(set & !planes.careful, rays.negative) {
+            let interval = Interval::new(isa, &rays, &planes, set);
+            walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
+        }
+        for (at, answer) in self.answers.iter_mut().enumerate() {
+            *answer = visitor.gather.answer(at);
+        }
+        visitor.alone
+    }
+}
+
+struct InWorld<'a, G> {
+    world: &'a TwoLevel,
+    rays: &'a RayPacket,
+    gather: G,
+    /// Rays that only double precision does justice, somewhere.
+    alone: u64,
+}
+
+impl<I: Isa, G: GatherRows> PacketVisitor<I> for InWorld<'_, G> {
+    #[inline(always)]
+    fn t_max(&self) -> &Column {
+        self.gather.t_max()
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) {
+        let units = link.index()..link.index() + link.unit_count();
+        for &instance in &self.world.top.instances()[units] {
+            let record = &self.world.instances[instance as usize];
+            if record.mask == 0 {
+                continue;
+            }
+            let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
+            let mesh = &*self.world.meshes[record.mesh as usize];
+            let planes = PacketPlanes::new(isa, &rays, &mesh.bvh.bounds());
+            self.alone |= planes.careful & set & sane;
+            let sheared = ShearedPacket::new(isa, &rays);
+            let mut visitor = InMesh { rays: &rays, sheared: &sheared, mesh, instance, gather: &mut self.gather };
+            for set in octants(set & sane & !planes.careful, rays.negative) {
+                let interval = Interval::new(isa, &rays, &planes, set);
+                walk_packet(isa, mesh.bvh.tree(), &rays, &planes, &interval, &mut visitor);
+            }
+        }
+    }
+}
+
+struct InMesh<'a, G> {
+    rays: &'a RayPacket,
+    sheared: &'a ShearedPacket,
+    mesh: &'a Posed,
+    instance: u32,
+    gather: &'a mut G,
+}
+
+impl<I: Isa, G: GatherRows> PacketVisitor<I> for InMesh<'_, G> {
+    #[inline(always)]
+    fn t_max(&self) -> &Column {
+        self.gather.t_max()
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) {
+        for unit in link.index()..link.index() + link.unit_count() {
+            let block = self.mesh.bvh.block(unit);
+            for along in 0..3 {
+                let set = set & self.sheared.along[along];
+                if set == 0 {
+                    continue;
+                }
+                // All rays of the set share an octant.
+                let downwards = self.rays.negative[along] & set != 0;
+                let axes = ShearedPacket::axes(along, downwards);
+                for lane in 0..block.count as usize {
+                    let mut corners = [[isa.splat16(0.0); 3]; 3];
+                    for corner in 0..3 {
+                        for axis in 0..3 {
+                            corners[corner][axis] = isa.splat16(block.corners[corner][axes[axis] % 3][lane & 3]);
+                        }
+                    }
+                    for (row, lanes) in rows_of(set) {
+                        let hits =
+                            self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
+                        if hits.lanes != 0 {
+                            self.gather.take(isa, row, &hits, block.primitives[lane & 3], self.instance);
+                        }
+                        if hits.on_edge != 0 {
+                            self.look_again(row, hits.on_edge, block.primitives[lane & 3]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<G: GatherRows> InMesh<'_, G> {
+    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, get the second try of the scalar test.
+    #[cold]
+    fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
+        for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
+            let local = self.rays.ray(ray);
+            let hit = Sheared::new(&local).hit(&self.mesh.triangles.get(primitive), local.t_min, self.gather.t_max().get(ray));
+            if let Some(hit) = hit {
+                self.gather.take_one(ray, &hit, primitive, self.instance);
+            }
+        }
+    }
+}

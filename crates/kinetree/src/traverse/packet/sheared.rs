@@ -1,0 +1,129 @@
+//! One triangle against sixteen rays: the watertight test, operation for operation as in [`Sheared::hit`](crate::geometry::Sheared::hit), so that hits agree to the bit.
+
+use super::rays::{Column, RayPacket};
+use crate::simd::Isa;
+
+/// A packet whose rays have become axes.
+pub(crate) struct ShearedPacket {
+    shear: [Column; 3],
+    t_scale: Column,
+    /// Rays whose direction is largest along each axis.
+    pub(crate) along: [u64; 3],
+}
+
+/// Where the rays of a row meet a triangle.
+#[derive(Clone, Copy)]
+pub(crate) struct RowHits<I: Isa> {
+    pub(crate) lanes: u16,
+    /// Lanes that need the second look of the scalar test; not in `lanes`.
+    pub(crate) on_edge: u16,
+    pub(crate) back: u16,
+    pub(crate) t: I::F16,
+    v: I::F16,
+    w: I::F16,
+    determinant: I::F16,
+}
+
+impl<I: Isa> RowHits<I> {
+    /// Weights of the second and the third corner.
+    #[inline(always)]
+    pub(crate) fn weights(&self, isa: I) -> [I::F16; 2] {
+        [isa.div16(self.v, self.determinant), isa.div16(self.w, self.determinant)]
+    }
+}
+
+impl ShearedPacket {
+    #[inline(always)]
+    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket) -> Self {
+        let zero = Column::splat(0.0);
+        let mut all = Self { shear: [zero; 3], t_scale: zero, along: [0; 3] };
+        let mut along = [zero; 3];
+        for row in 0..zero.0.len() {
+            for lane in 0..16 {
+                let (x, y) = (rays.direction[0].0[row].0[lane], rays.direction[1].0[row].0[lane]);
+                let z = rays.direction[2].0[row].0[lane];
+                let (a, b, c) = (x.abs(), y.abs(), z.abs());
+                let is_x = a >= b && a >= c;
+                let is_y = !is_x && b >= c;
+                // The direction in the order of the sheared space, before it is scaled and turned.
+                let (x, y, z) = if is_x {
+                    (y, z, x)
+                } else if is_y {
+                    (z, x, y)
+                } else {
+                    (x, y, z)
+                };
+                let exponent = ((z.to_bits() >> 23 & 0xff) as i32 - 127).clamp(-126, 126);
+                let scale = f32::from_bits(((127 - exponent) as u32) << 23);
+                let (x, y, z) = (x * scale, y * scale, z * scale);
+                let (x, y) = if z < 0.0 { (y, x) } else { (x, y) };
+                all.shear[0].0[row].0[lane] = x / z;
+                all.shear[1].0[row].0[lane] = y / z;
+                all.shear[2].0[row].0[lane] = 1.0 / z;
+                all.t_scale.0[row].0[lane] = scale;
+                along[0].0[row].0[lane] = if is_x { 1.0 } else { 0.0 };
+                along[1].0[row].0[lane] = if is_y { 1.0 } else { 0.0 };
+            }
+        }
+        all.along[0] = along[0].positive(isa);
+        all.along[1] = along[1].positive(isa);
+        all.along[2] = !(all.along[0] | all.along[1]);
+        all
+    }
+
+    /// The axes of the sheared space, in the order x, y, z, for rays along an axis, up or down.
+    #[inline(always)]
+    pub(crate) fn axes(along: usize, downwards: bool) -> [usize; 3] {
+        let (x, y) = ([1, 2, 0][along % 3], [2, 0, 1][along % 3]);
+        if downwards { [y, x, along] } else { [x, y, along] }
+    }
+
+    /// The hits of those `lanes` of a row whose sheared space has these axes, between the bounds, inclusive. The corners' numbers stand in the order of the axes.
+    #[inline(always)]
+    pub(crate) fn hits<I: Isa>(
+        &self,
+        isa: I,
+        rays: &RayPacket,
+        axes: [usize; 3],
+        corners: &[[I::F16; 3]; 3],
+        (row, lanes): (usize, u16),
+        t_max: &Column,
+    ) -> RowHits<I> {
+        let (mut origin, mut shear) = ([isa.splat16(0.0); 3], [isa.splat16(0.0); 3]);
+        for axis in 0..3 {
+            origin[axis] = isa.load16(&rays.origin[axes[axis] % 3].0[row]);
+            shear[axis] = isa.load16(&self.shear[axis].0[row]);
+        }
+        let a = project(isa, &corners[0], &origin, &shear);
+        let b = project(isa, &corners[1], &origin, &shear);
+        let c = project(isa, &corners[2], &origin, &shear);
+        let (u, v, w) = (edge(isa, &c, &b), edge(isa, &a, &c), edge(isa, &b, &a));
+        let zero = isa.splat16(0.0);
+        let front = isa.le16(zero, u) & isa.le16(zero, v) & isa.le16(zero, w);
+        let back = isa.le16(u, zero) & isa.le16(v, zero) & isa.le16(w, zero);
+        let inside = (front | back) & lanes;
+        let determinant = isa.add16(isa.add16(u, v), w);
+        if inside == 0 {
+            return RowHits { lanes: 0, on_edge: 0, back, t: zero, v, w, determinant };
+        }
+        let on_edge = (isa.eq16(u, zero) | isa.eq16(v, zero) | isa.eq16(w, zero)) & inside;
+        let sum = isa.add16(isa.add16(isa.mul16(u, a[2]), isa.mul16(v, b[2])), isa.mul16(w, c[2]));
+        let t = isa.mul16(isa.div16(sum, determinant), isa.load16(&self.t_scale.0[row]));
+        let after = isa.le16(isa.load16(&rays.t_min.0[row]), t);
+        let before = isa.le16(t, isa.load16(&t_max.0[row])) & isa.le16(t, isa.splat16(f32::MAX));
+        // Adding zero turns a negative zero into a positive one.
+        RowHits { lanes: inside & after & before & !on_edge, on_edge, back, t: isa.add16(t, zero), v, w, determinant }
+    }
+}
+
+#[inline(always)]
+fn project<I: Isa>(isa: I, corner: &[I::F16; 3], origin: &[I::F16; 3], shear: &[I::F16; 3]) -> [I::F16; 3] {
+    let (x, y, z) =
+        (isa.sub16(corner[0], origin[0]), isa.sub16(corner[1], origin[1]), isa.sub16(corner[2], origin[2]));
+    [isa.sub16(x, isa.mul16(shear[0], z)), isa.sub16(y, isa.mul16(shear[1], z)), isa.mul16(shear[2], z)]
+}
+
+#[inline(always)]
+fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> I::F16 {
+    isa.sub16(isa.mul16(from[0], to[1]), isa.mul16(from[1], to[0]))
+}
