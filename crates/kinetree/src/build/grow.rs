@@ -2,7 +2,7 @@
 //!
 //! A tree over n references has at most 2n - 1 nodes. The nodes below a child get a slice of their own beforehand, so that subtrees grow
 //! at the same time without knowing of each other; what stays unused is closed up at the end. Where references may be cut in two, n counts the
-//! room for more of them too; a cut shares the room that is left between the sides, by where the boxes are large, so that it does not matter which
+//! room for more of them too; a cut shares the room that is left between the sides by their numbers, so that it does not matter which
 //! side grows first (compare Fuetterling et al. 2016, "Parallel Spatial Splits in Bounding Volume Hierarchies").
 
 use super::BuildOptions;
@@ -82,7 +82,7 @@ impl<C: Chooser> Growth<'_, C> {
         *root = Node { bounds, link: Link::node(below_at) };
         let sides = [&references[..left], &references[left..left + right]];
         let sides = sides.map(|side| bounds_of(side, self.threads));
-        let room = room_on_the_left(references, left, right, self.threads);
+        let room = room_on_the_left(references.len() - left - right, left, right);
         if room > 0 {
             references.copy_within(left..left + right, left + room);
         }
@@ -134,22 +134,15 @@ impl<C: Chooser> Growth<'_, C> {
     }
 }
 
-/// How much of the room behind two sides the left one gets: by the summed areas of the boxes on each side, since small ones need no cutting.
-fn room_on_the_left(references: &[Reference], left: usize, right: usize, threads: &Threads) -> usize {
-    let room = references.len() - left - right;
-    // A single reference is a leaf.
-    if room == 0 || left == 1 {
-        return 0;
+/// How much of the room behind two sides the left one gets: by their numbers. (By the areas of the boxes, more of it stayed unused where all
+/// large boxes were flat, and rays met more nodes.)
+fn room_on_the_left(room: usize, left: usize, right: usize) -> usize {
+    match (left, right) {
+        // A single reference is a leaf.
+        (1, _) => 0,
+        (_, 1) => room,
+        _ => (room as u64 * left as u64 / (left + right) as u64) as usize,
     }
-    if right == 1 {
-        return room;
-    }
-    let area = |piece: &[Reference]| piece.iter().map(|one| f64::from(one.bounds.half_area())).sum::<f64>();
-    let sum = |piece: &[Reference]| threads.reduce(piece, GRAIN, &area, &|a, b| a + b);
-    let (here, there) = (sum(&references[..left]), sum(&references[left..left + right]));
-    let share = here / (here + there);
-    let share = if share.is_finite() { share } else { left as f64 / (left + right) as f64 };
-    ((room as f64 * share) as usize).min(room)
 }
 
 /// Moves the references that stand in leaves to the front, in their order.

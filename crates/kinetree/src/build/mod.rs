@@ -4,9 +4,12 @@
 
 mod agglomerate;
 mod binned;
+mod cluster;
 mod cut;
 mod grow;
+mod morton;
 mod options;
+mod radix_sort;
 mod reference;
 mod reinsert;
 mod spatial;
@@ -14,6 +17,7 @@ mod triangles;
 
 pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
 pub use binned::binned;
+pub use cluster::clustered;
 pub use options::{BuildOptions, Quality};
 pub use spatial::spatial;
 pub use triangles::triangles;

@@ -17,12 +17,12 @@ const SEARCHES: usize = 64;
 
 /// The same primitives in the same leaves, under inner nodes with less area in all. Each batch moves at most that share of all nodes. The same tree for any
 /// number of threads.
-pub(crate) fn reinsert(bvh: &Bvh, batches: &[f32], threads: &Threads) -> Option<Bvh> {
+pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     let finite = bvh.bounds().half_area().is_finite();
     if bvh.node_count() < 5 || !finite {
-        return None;
+        return bvh;
     }
-    let mut tree = Loose::of(bvh);
+    let mut tree = Loose::of(&bvh);
     let mut area = tree.measure().area;
     for share in batches {
         let moves = tree.search((bvh.node_count() as f32 * share) as usize, threads);
@@ -34,7 +34,7 @@ pub(crate) fn reinsert(bvh: &Bvh, batches: &[f32], threads: &Threads) -> Option<
         }
         area = measured.area;
     }
-    Some(tree.laid_out(bvh))
+    tree.laid_out(&bvh)
 }
 
 /// A tree whose nodes stand in no order, but know their parents. Children are neighbours, the first with an odd number.

@@ -1,25 +1,28 @@
 //! A tree over triangles, by the builder that suits the quality.
 
 use super::reinsert::reinsert;
-use super::{BuildOptions, Quality, binned, spatial};
+use super::{BuildOptions, Quality, binned, clustered, spatial};
 use crate::geometry::Triangles;
 use crate::tree::Bvh;
 
-/// A tree over all triangles. The same tree for any number of threads.
+/// Shares of all nodes that reinsertion tries to move, batch by batch.
+const BATCHES: [f32; 2] = [0.1, 0.05];
+const BATCHES_OF_THE_BEST: [f32; 3] = [0.1, 0.05, 0.05];
+
+/// A tree over all triangles, some of which may stand in several leaves when the best is asked for. The same tree for any number of threads.
+///
+/// # Panics
+/// When there are more triangles than 2^27.
 pub fn triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let whole = || binned(triangles.len(), |triangle| triangles.bounds_of(triangle), options);
-    let var = |n: &str| {
-        std::env::var(n).unwrap_or_default().split(',').filter_map(|x| x.parse::<f32>().ok()).collect::<Vec<_>>()
-    };
     match options.quality {
-        Quality::Fastest | Quality::Fast => whole(),
-        Quality::Balanced => {
-            let w = whole();
-            reinsert(&w, &var("RB"), &options.threads).unwrap_or(w)
+        Quality::Fastest => {
+            // Leaves as large as a block of the wide tree, where a box costs more than the tests behind it.
+            let blocks = BuildOptions { max_leaf: 4, node_cost: 4.0, ..options.clone() };
+            clustered(triangles.len(), |triangle| triangles.bounds_of(triangle), &blocks)
         }
-        Quality::Best => {
-            let w = spatial(triangles, options);
-            reinsert(&w, &var("RS"), &options.threads).unwrap_or(w)
-        }
+        Quality::Fast => whole(),
+        Quality::Balanced => reinsert(whole(), &BATCHES, &options.threads),
+        Quality::Best => reinsert(spatial(triangles, options), &BATCHES_OF_THE_BEST, &options.threads),
     }
 }

@@ -47,8 +47,14 @@ fn each<G: GatherRows>(
             }
         }
         Coherence::Incoherent if sort::is_worth_while(world, rays.len()) => {
-            for at in sort::order(rays, &world.top.bounds()) {
-                answers[at as usize] = alone(&rays[at as usize]);
+            let mut gathered = Vec::with_capacity(sort::AT_ONCE);
+            for places in sort::order(rays, &world.top.bounds()).chunks(sort::AT_ONCE) {
+                // Fetched before they are traced, and not one by one, so that they wait together for memory.
+                gathered.clear();
+                gathered.extend(places.iter().map(|&at| rays[at as usize]));
+                for (ray, &at) in gathered.iter().zip(places) {
+                    answers[at as usize] = alone(ray);
+                }
             }
         }
         _ => rays.iter().zip(answers).for_each(|(ray, answer)| *answer = alone(ray)),
@@ -127,7 +133,8 @@ impl GatherRows for Nearest {
 
     #[cold]
     fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32) {
-        let (hit_key, best) = ((hit.t, instance, primitive), (self.t.get(ray), self.instance[ray], self.primitive[ray]));
+        let (hit_key, best) =
+            ((hit.t, instance, primitive), (self.t.get(ray), self.instance[ray], self.primitive[ray]));
         if hit_key < best {
             self.t.set(ray, hit.t);
             self.u.set(ray, hit.u);
@@ -140,12 +147,8 @@ impl GatherRows for Nearest {
 
     #[inline(always)]
     fn answer(&self, ray: usize) -> Option<Hit> {
-        let hit = TriangleHit {
-            t: self.t.get(ray),
-            u: self.u.get(ray),
-            v: self.v.get(ray),
-            back: self.back >> ray & 1 == 1,
-        };
+        let hit =
+            TriangleHit { t: self.t.get(ray), u: self.u.get(ray), v: self.v.get(ray), back: self.back >> ray & 1 == 1 };
         (self.found >> ray & 1 == 1).then(|| Hit::new(&hit, self.primitive[ray], self.instance[ray]))
     }
 }
@@ -286,8 +289,7 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InMesh<'_, G> {
                         }
                     }
                     for (row, lanes) in rows_of(set) {
-                        let hits =
-                            self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
+                        let hits = self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
                         if hits.lanes != 0 {
                             self.gather.take(isa, row, &hits, block.primitives[lane & 3], self.instance);
                         }
@@ -307,7 +309,11 @@ impl<G: GatherRows> InMesh<'_, G> {
     fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
         for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
             let local = self.rays.ray(ray);
-            let hit = Sheared::new(&local).hit(&self.mesh.triangles.get(primitive), local.t_min, self.gather.t_max().get(ray));
+            let hit = Sheared::new(&local).hit(
+                &self.mesh.triangles.get(primitive),
+                local.t_min,
+                self.gather.t_max().get(ray),
+            );
             if let Some(hit) = hit {
                 self.gather.take_one(ray, &hit, primitive, self.instance);
             }

@@ -12,6 +12,9 @@ const LEAST_RAYS: usize = 4096;
 /// Trees below this many bytes stay in the caches near a core, and order does not matter.
 const LEAST_TREE: usize = 8 << 20;
 
+/// How many rays are fetched together: they stay in the nearest cache.
+pub(crate) const AT_ONCE: usize = 256;
+
 /// Whether the order may pay.
 pub(crate) fn is_worth_while(world: &TwoLevel, rays: usize) -> bool {
     rays >= LEAST_RAYS && world.meshes.iter().map(|mesh| mesh.bvh.memory()).sum::<usize>() > LEAST_TREE

@@ -80,6 +80,8 @@ impl Mesh {
     }
 
     /// How much build time to trade for traversal speed, for this mesh, instead of what its [`Motion`](crate::Motion) suggests.
+    ///
+    /// [`Quality::Best`] is for what does not bend: a refit takes triangles whole where the build had cut them.
     pub fn with_quality(self, quality: Quality) -> Self {
         self.changed(|data| {
             data.quality = Some(quality);

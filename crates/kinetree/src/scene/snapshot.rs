@@ -7,7 +7,8 @@ use super::handle::{InstanceId, MeshId};
 use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine, Ray};
 use crate::query::{self, Coherence, Hit, Query};
-use crate::traverse::Posed;
+use crate::simd::Level;
+use crate::traverse::{Posed, TwoLevel};
 use crate::update::Motion;
 use crate::wide::{InstanceRecord, WideMesh, WideTop};
 
@@ -58,6 +59,15 @@ impl Snapshot {
     /// When there are not as many answers as rays.
     pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
         query::occluded_each(&self.0.world, rays, answers, coherence);
+    }
+
+    /// The same frame, its queries compiled for another level. For tests: answers are the same at every level.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn at_level(&self, level: Level) -> Self {
+        let world = TwoLevel { level, ..self.0.world.clone() };
+        let (placed, boxes) = (self.0.placed.clone(), self.0.boxes.clone());
+        Self(Arc::new(Frame { world, placed, boxes, report: self.0.report.clone() }))
     }
 
     /// What the commit did that made this frame.

@@ -90,9 +90,9 @@ impl Isa for Avx512 {
         unsafe { _mm256_castsi256_ps(_mm256_min_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
     }
 
-    /// Sorted by `order`, without a branch.
+    /// One or two children, as most steps have, are told apart by branches; more are sorted by `order`, without any.
     ///
-    /// Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Units".
+    /// The branchless part after Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Units".
     #[inline(always)]
     fn choose(
         self,
@@ -103,17 +103,29 @@ impl Isa for Avx512 {
         order: u32,
         room: &mut [MaybeUninit<u64>; 8],
     ) -> (usize, u32) {
-        // SAFETY: `self` proves AVX-512VL. Eight links are read from an array of eight; of the eight entries, the first `count` are written to the last `count` places of
-        // eight.
+        let hit = self.le8(entry, exit) & in_use;
+        let rest = hit & hit.wrapping_sub(1);
+        let first = hit.trailing_zeros() as usize & 7;
+        if rest == 0 {
+            return (usize::from(hit != 0), links[first]);
+        }
+        if rest & rest.wrapping_sub(1) == 0 {
+            let distances = self.store8(entry);
+            let second = rest.trailing_zeros() as usize & 7;
+            let one = u64::from(distances[first].to_bits()) << 32 | u64::from(links[first]);
+            let other = u64::from(distances[second].to_bits()) << 32 | u64::from(links[second]);
+            room[7].write(one.max(other));
+            return (2, one.min(other) as u32);
+        }
+        // SAFETY: `self` proves AVX-512VL. Eight links are read from an array of eight; of the eight entries, the first `count` are written to the last `count`
+        // places of eight.
         unsafe {
             let shifts = _mm256_setr_epi32(21, 18, 15, 12, 9, 6, 3, 0);
             // Permutations read the lowest three bits only. From near to far here, so that the nearest comes out lowest.
             let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
             let entry = _mm256_permutexvar_ps(lanes, entry);
-            let exit = _mm256_permutexvar_ps(lanes, exit);
             let links = _mm256_permutexvar_epi32(lanes, _mm256_loadu_si256(links.as_ptr().cast()));
-            let in_use = _mm256_permutexvar_epi32(lanes, _mm256_movm_epi32(in_use));
-            let hit = _mm256_mask_cmp_ps_mask::<_CMP_LE_OQ>(_mm256_movepi32_mask(in_use), entry, exit);
+            let hit = _mm256_movepi32_mask(_mm256_permutexvar_epi32(lanes, _mm256_movm_epi32(hit)));
             let count = hit.count_ones() as usize;
             let distances = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_castps_si256(entry)));
             let entries = _mm512_or_si512(distances, _mm512_cvtepu32_epi64(links));

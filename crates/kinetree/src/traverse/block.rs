@@ -19,8 +19,12 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
     pub(crate) fn new(isa: I, ray: &'a Sheared, t_min: f32) -> Self {
         Self {
             ray,
-            origin: [0, 1, 2].map(|axis| isa.splat4(ray.origin[ray.axes[axis]])),
-            shear: ray.shear.map(|x| isa.splat4(x)),
+            origin: [
+                isa.splat4(ray.origin[ray.axes[0] % 3]),
+                isa.splat4(ray.origin[ray.axes[1] % 3]),
+                isa.splat4(ray.origin[ray.axes[2] % 3]),
+            ],
+            shear: [isa.splat4(ray.shear[0]), isa.splat4(ray.shear[1]), isa.splat4(ray.shear[2])],
             t_scale: isa.splat4(ray.t_scale),
             t_min: isa.splat4(t_min),
         }
@@ -28,16 +32,19 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
 
     #[inline(always)]
     fn project(&self, isa: I, corner: &[[f32; 4]; 3]) -> [I::F4; 3] {
-        let [x, y, z] = [0, 1, 2].map(|axis| isa.sub4(isa.load4(&corner[self.ray.axes[axis] % 3]), self.origin[axis]));
+        let x = isa.sub4(isa.load4(&corner[self.ray.axes[0] % 3]), self.origin[0]);
+        let y = isa.sub4(isa.load4(&corner[self.ray.axes[1] % 3]), self.origin[1]);
+        let z = isa.sub4(isa.load4(&corner[self.ray.axes[2] % 3]), self.origin[2]);
         [isa.sub4(x, isa.mul4(self.shear[0], z)), isa.sub4(y, isa.mul4(self.shear[1], z)), isa.mul4(self.shear[2], z)]
     }
 
     /// The hits between the bounds, inclusive. A `t` that overflowed is not excluded when `t_max` is infinite.
     #[inline(always)]
     pub(crate) fn hits(&self, isa: I, block: &TriangleBlock, t_min: f32, t_max: f32) -> BlockHits {
-        let [a, b, c] = [0, 1, 2].map(|corner| self.project(isa, &block.corners[corner]));
-        let edge = |p: [I::F4; 3], q: [I::F4; 3]| isa.sub4(isa.mul4(p[0], q[1]), isa.mul4(p[1], q[0]));
-        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+        let a = self.project(isa, &block.corners[0]);
+        let b = self.project(isa, &block.corners[1]);
+        let c = self.project(isa, &block.corners[2]);
+        let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
         let zero = isa.splat4(0.0);
         let front = isa.le4(zero, u) & isa.le4(zero, v) & isa.le4(zero, w);
         let back = isa.le4(u, zero) & isa.le4(v, zero) & isa.le4(w, zero);
@@ -65,6 +72,12 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
         }
         hits
     }
+}
+
+/// On which side of an edge the rays pass. Both products are rounded, never fused.
+#[inline(always)]
+fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> I::F4 {
+    isa.sub4(isa.mul4(from[0], to[1]), isa.mul4(from[1], to[0]))
 }
 
 /// Which lanes of a block are hit, and where.

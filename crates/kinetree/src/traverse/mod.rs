@@ -9,7 +9,8 @@ mod work;
 
 pub(crate) use block::ShearedLanes;
 pub(crate) use packet::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, octants, rows_of, walk_packet,
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, octants, rows_of,
+    walk_packet,
 };
 pub use two_level::{Posed, TwoLevel};
 pub use walk::{Visitor, walk};

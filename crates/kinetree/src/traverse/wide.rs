@@ -3,6 +3,8 @@
 use std::mem::MaybeUninit;
 use std::ops::ControlFlow;
 
+use glam::Vec3A;
+
 use super::Tally;
 use crate::geometry::SafeRay;
 use crate::simd::Isa;
@@ -44,31 +46,46 @@ pub(crate) struct RayLanes<I: Isa> {
 impl<I: Isa> RayLanes<I> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &SafeRay) -> Self {
+        let (near, far) = (&ray.near, &ray.far);
         Self {
-            near_scale: [0, 1, 2].map(|axis| isa.splat8(ray.near.scale[axis])),
-            near_offset: [0, 1, 2].map(|axis| isa.splat8(ray.near.offset[axis])),
-            far_scale: [0, 1, 2].map(|axis| isa.splat8(ray.far.scale[axis])),
-            far_offset: [0, 1, 2].map(|axis| isa.splat8(ray.far.offset[axis])),
-            near_side: [0, 1, 2].map(|axis| usize::from(ray.downwards[axis])),
+            near_scale: splat(isa, near.scale),
+            near_offset: splat(isa, near.offset),
+            far_scale: splat(isa, far.scale),
+            far_offset: splat(isa, far.offset),
+            near_side: [usize::from(ray.downwards[0]), usize::from(ray.downwards[1]), usize::from(ray.downwards[2])],
             t_min: isa.splat8(ray.t_min),
         }
     }
+
+    /// Where the ray meets the planes of an axis that it meets first.
+    #[inline(always)]
+    fn near(&self, isa: I, node: &WideNode, axis: usize) -> I::F8 {
+        let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1]);
+        isa.mul_sub8(planes, self.near_scale[axis], self.near_offset[axis])
+    }
+
+    /// Where the ray meets the opposite planes.
+    #[inline(always)]
+    fn far(&self, isa: I, node: &WideNode, axis: usize) -> I::F8 {
+        let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1 ^ 1]);
+        isa.mul_sub8(planes, self.far_scale[axis], self.far_offset[axis])
+    }
+}
+
+// Closures and `map` do not always become part of the kernel, and are compiled without its instructions then; so axes are written out here.
+#[inline(always)]
+fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
+    [isa.splat8(x.x), isa.splat8(x.y), isa.splat8(x.z)]
 }
 
 impl<I: Isa> Boxes<I> for RayLanes<I> {
     #[inline(always)]
     fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (I::F8, I::F8) {
-        let near = |axis: usize| {
-            let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1]);
-            isa.mul_sub8(planes, self.near_scale[axis], self.near_offset[axis])
-        };
-        let far = |axis: usize| {
-            let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1 ^ 1]);
-            isa.mul_sub8(planes, self.far_scale[axis], self.far_offset[axis])
-        };
         // None is not a number, since the ray is tame; `t_min` is not negative, and an exit that is counts as none.
-        let entry = isa.max_bits8(isa.max_bits8(near(0), near(1)), isa.max_bits8(near(2), self.t_min));
-        let exit = isa.min_bits8(isa.min_bits8(far(0), far(1)), isa.min_bits8(far(2), t_max));
+        let entry = isa.max_bits8(self.near(isa, node, 0), self.near(isa, node, 1));
+        let entry = isa.max_bits8(entry, isa.max_bits8(self.near(isa, node, 2), self.t_min));
+        let exit = isa.min_bits8(self.far(isa, node, 0), self.far(isa, node, 1));
+        let exit = isa.min_bits8(exit, isa.min_bits8(self.far(isa, node, 2), t_max));
         (entry, exit)
     }
 

@@ -26,9 +26,18 @@ impl WideMesh {
     /// When the tree is one over more triangles than there are.
     pub fn new(binary: &Bvh, triangles: &Triangles) -> Self {
         let mut blocks = Vec::with_capacity(binary.primitives().len() / 3 + 1);
+        let mut distinct: Vec<u32> = Vec::new();
         let tree = collapse(binary, &COSTS, |places| {
             let first = blocks.len() as u32;
-            let primitives = &binary.primitives()[places.start as usize..places.end as usize];
+            let mut primitives = &binary.primitives()[places.start as usize..places.end as usize];
+            // Pieces of the same triangle may meet again in a leaf.
+            if binary.has_duplicates() {
+                distinct.clear();
+                distinct.extend_from_slice(primitives);
+                distinct.sort_unstable();
+                distinct.dedup();
+                primitives = &distinct;
+            }
             blocks.extend(primitives.chunks(BLOCK).map(|four| TriangleBlock::new(four, |i| triangles.get(i))));
             first..blocks.len() as u32
         });

@@ -1,5 +1,6 @@
 //! Whole references to either side, or a plane through them?
 
+use super::cost::tests;
 use super::divide::divide;
 use super::object::ObjectCut;
 use super::parts::Parts;
@@ -20,19 +21,26 @@ pub(super) struct Chosen<'a> {
     /// Square metres.
     overlap_that_matters: f32,
     node_cost: f32,
+    leaf_limit: usize,
 }
 
 impl<'a> Chosen<'a> {
     pub(super) fn by(references: &[Reference], parts: Parts<'a>, options: &BuildOptions) -> Self {
         let root = bounds_of(references, &options.threads).half_area();
-        Self { parts, overlap_that_matters: root * OVERLAP_THAT_MATTERS, node_cost: options.node_cost }
+        Self {
+            parts,
+            overlap_that_matters: root * OVERLAP_THAT_MATTERS,
+            node_cost: options.node_cost,
+            leaf_limit: options.leaf_limit(),
+        }
     }
 
     fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
         let room = references.len() - count;
         let area = bounds.half_area();
         let object = ObjectCut::best(&references[..count], threads);
-        let as_leaf = area * (count as f32 - self.node_cost);
+        let as_leaf =
+            if count <= self.leaf_limit { area * (tests(count as u32) - self.node_cost) } else { f32::INFINITY };
         let to_beat = object.as_ref().map_or(as_leaf, |object| object.cost.min(as_leaf));
         let overlaps = object.as_ref().is_none_or(|object| object.overlap > self.overlap_that_matters);
         if room > 0 && overlaps && area.is_finite() {

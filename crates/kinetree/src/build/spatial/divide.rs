@@ -1,5 +1,6 @@
 //! Cutting a set of references with a plane.
 
+use super::cost::tests;
 use super::fast_box::FastBox;
 use super::parts::Parts;
 use crate::build::reference::{Reference, bounds_of};
@@ -16,15 +17,24 @@ struct Straddler {
     sides: [Aabb; 2],
 }
 
-/// A set of references that grows.
+/// What a side will hold, if all straddlers that have not been decided on are cut.
 struct Side {
     bounds: FastBox,
-    count: usize,
+    count: u32,
 }
 
 impl Side {
-    fn cost_with(&self, bounds: &Aabb) -> f32 {
-        self.bounds.union(&FastBox::from(bounds)).half_area()
+    fn cost(&self) -> f32 {
+        self.bounds.half_area() * tests(self.count)
+    }
+
+    /// One of the references that are counted comes whole.
+    fn with(&self, whole: &Aabb) -> Self {
+        Self { bounds: self.bounds.union(&FastBox::from(whole)), count: self.count }
+    }
+
+    fn without_one(&self) -> Self {
+        Self { bounds: self.bounds, count: self.count.saturating_sub(1) }
     }
 }
 
@@ -55,7 +65,7 @@ pub(super) fn divide(
     let pieces = |side: usize| straddlers.iter().fold(FastBox::EMPTY, |all, one| all.union(&(&one.sides[side]).into()));
     let side = |whole: &[Reference], side: usize| Side {
         bounds: FastBox::from(&bounds_of(whole, threads)).union(&pieces(side)),
-        count: whole.len() + straddlers.iter().filter(|one| !one.sides[side].is_empty()).count(),
+        count: (whole.len() + straddlers.iter().filter(|one| !one.sides[side].is_empty()).count()) as u32,
     };
     let mut sides = [side(&references[..left], 0), side(&right, 1)];
     let mut room = references.len() - count;
@@ -65,23 +75,17 @@ pub(super) fn divide(
             (true, false) => (None, Some(above)),
             _ => {
                 let [here, there] = &sides;
-                let (here_area, there_area) = (here.bounds.half_area(), there.bounds.half_area());
-                let both = here_area * here.count as f32 + there_area * there.count as f32;
-                let left_only = here.cost_with(&whole.bounds) * here.count as f32
-                    + there_area * there.count.saturating_sub(1) as f32;
-                let right_only = there.cost_with(&whole.bounds) * there.count as f32
-                    + here_area * here.count.saturating_sub(1) as f32;
-                let may_cut = room > 0 && !below.is_empty();
-                if may_cut && !(left_only < both || right_only < both) {
+                let both = here.cost() + there.cost();
+                let left_only = here.with(&whole.bounds).cost() + there.without_one().cost();
+                let right_only = here.without_one().cost() + there.with(&whole.bounds).cost();
+                if room > 0 && !below.is_empty() && both <= left_only && both <= right_only {
                     room -= 1;
                     (Some(below), Some(above))
                 } else if left_only <= right_only {
-                    sides[1].count = sides[1].count.saturating_sub(1);
-                    sides[0].bounds = sides[0].bounds.union(&FastBox::from(&whole.bounds));
+                    sides = [here.with(&whole.bounds), there.without_one()];
                     (Some(whole.bounds), None)
                 } else {
-                    sides[0].count = sides[0].count.saturating_sub(1);
-                    sides[1].bounds = sides[1].bounds.union(&FastBox::from(&whole.bounds));
+                    sides = [here.without_one(), there.with(&whole.bounds)];
                     (None, Some(whole.bounds))
                 }
             }

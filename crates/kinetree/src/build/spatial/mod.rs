@@ -8,6 +8,7 @@
 
 mod budget;
 mod chooser;
+mod cost;
 mod divide;
 mod fast_box;
 mod object;

@@ -2,6 +2,7 @@
 //!
 //! Few references are swept: sorted along each axis, and every place between two of them is tried. Many are binned (Wald 2007).
 
+use super::cost::tests;
 use super::fast_box::FastBox;
 use crate::build::reference::{GRAIN, Reference};
 use crate::geometry::Aabb;
@@ -75,7 +76,7 @@ fn swept(references: &[Reference]) -> Option<ObjectCut> {
         let mut below = FastBox::EMPTY;
         for left in 1..count {
             below = below.union(&FastBox::from(&sorted[left - 1].bounds));
-            let cost = below.half_area() * left as f32 + above[left].half_area() * (count - left) as f32;
+            let cost = below.half_area() * tests(left as u32) + above[left].half_area() * tests((count - left) as u32);
             if cost.is_finite() && best.as_ref().is_none_or(|best| cost < best.cost) {
                 let overlap = overlap(&below, &above[left]);
                 best = Some(ObjectCut { cost, overlap, axis, place: Place::Sorted(left) });
@@ -165,7 +166,7 @@ fn binned(references: &[Reference], threads: &Threads) -> Option<ObjectCut> {
             if below.count == 0 || above.count == 0 {
                 continue;
             }
-            let cost = below.bounds.half_area() * below.count as f32 + above.bounds.half_area() * above.count as f32;
+            let cost = below.bounds.half_area() * tests(below.count) + above.bounds.half_area() * tests(above.count);
             if cost.is_finite() && best.is_none_or(|best| cost < best.0) {
                 best = Some((cost, overlap(&below.bounds, &above.bounds), axis, bin));
             }

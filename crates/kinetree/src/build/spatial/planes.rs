@@ -5,6 +5,7 @@
 
 use glam::Vec3A;
 
+use super::cost::tests;
 use super::fast_box::FastBox;
 use super::parts::Parts;
 use crate::build::reference::{GRAIN, Reference};
@@ -164,14 +165,14 @@ impl Bins {
         for bin in (1..BINS).rev() {
             bounds = bounds.union(&self.bounds[axis][bin]);
             count += self.last[axis][bin];
-            above[bin] = (bounds.half_area() * count as f32, count);
+            above[bin] = (bounds.half_area() * tests(count), count);
         }
         let mut best: Option<(f32, usize)> = None;
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
         for bin in 1..BINS {
             bounds = bounds.union(&self.bounds[axis][bin - 1]);
             count += self.first[axis][bin - 1];
-            let cost = bounds.half_area() * count as f32 + above[bin].0;
+            let cost = bounds.half_area() * tests(count) + above[bin].0;
             let divides = count > 0 && above[bin].1 > 0 && (count + above[bin].1) as usize <= most;
             if divides && cost.is_finite() && best.is_none_or(|best| cost < best.0) {
                 best = Some((cost, bin));

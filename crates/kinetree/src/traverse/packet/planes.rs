@@ -35,8 +35,7 @@ impl PacketPlanes {
         let parallel = 4.0 * slack * UNIT_ROUNDOFF;
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
         let zero = [Column::splat(0.0); 3];
-        let mut all =
-            Self { near_scale: zero, near_offset: zero, far_scale: zero, far_offset: zero, careful: 0 };
+        let mut all = Self { near_scale: zero, near_offset: zero, far_scale: zero, far_offset: zero, careful: 0 };
         let mut overflowed = Column::splat(0.0);
         for row in 0..zero[0].0.len() {
             for lane in 0..16 {

@@ -118,8 +118,7 @@ impl ShearedPacket {
 
 #[inline(always)]
 fn project<I: Isa>(isa: I, corner: &[I::F16; 3], origin: &[I::F16; 3], shear: &[I::F16; 3]) -> [I::F16; 3] {
-    let (x, y, z) =
-        (isa.sub16(corner[0], origin[0]), isa.sub16(corner[1], origin[1]), isa.sub16(corner[2], origin[2]));
+    let (x, y, z) = (isa.sub16(corner[0], origin[0]), isa.sub16(corner[1], origin[1]), isa.sub16(corner[2], origin[2]));
     [isa.sub16(x, isa.mul16(shear[0], z)), isa.sub16(y, isa.mul16(shear[1], z)), isa.mul16(shear[2], z)]
 }
 

@@ -56,7 +56,8 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
             }
             aside -= 1;
             // SAFETY: the first `aside` entries of both stacks were written, and there are no more than fit.
-            let (entry, all) = unsafe { (stack.get_unchecked(aside).assume_init(), sets.get_unchecked(aside).assume_init()) };
+            let (entry, all) =
+                unsafe { (stack.get_unchecked(aside).assume_init(), sets.get_unchecked(aside).assume_init()) };
             if f32::from_bits((entry >> 32) as u32) > farthest {
                 continue;
             }

@@ -1,0 +1,209 @@
+//! The top of the tree: what is left of the chunks is merged, and the whole is written down.
+
+use super::super::reference::GRAIN;
+use super::chunk::Chunk;
+use super::emit::{self, Subtree, balanced_height};
+use super::front::{FEW, Front, Merger};
+use super::pair::{Cluster, Half, Kind, Pair, half};
+use crate::geometry::Aabb;
+use crate::simd::Level;
+use crate::threads::Threads;
+use crate::tree::{Bvh, Link, MAX_DEPTH, Node};
+
+/// Brings chunks together.
+pub(super) struct Top {
+    steps: Vec<Step>,
+    level: Level,
+}
+
+enum Step {
+    /// The clusters of the next chunk.
+    Chunk,
+    /// The last two branches become one.
+    Join,
+}
+
+/// A cluster that a chunk has left.
+struct Piece {
+    chunk: usize,
+    kind: Kind,
+}
+
+/// Leaves of the top are pieces, and stay alone.
+const NO_CHAINS: u32 = 1;
+
+impl Top {
+    pub(super) fn new(level: Level) -> Self {
+        Self { steps: Vec::new(), level }
+    }
+
+    pub(super) fn then_chunk(&mut self) {
+        self.steps.push(Step::Chunk);
+    }
+
+    pub(super) fn then_join(&mut self) {
+        self.steps.push(Step::Join);
+    }
+
+    /// The tree over all chunks.
+    pub(super) fn tree(&self, chunks: &mut [Chunk<'_>], threads: &Threads) -> Bvh {
+        let (mut pieces, mut clusters) = (Vec::new(), Vec::new());
+        for (number, chunk) in chunks.iter().enumerate() {
+            for cluster in &chunk.clusters {
+                clusters.push(Cluster { bounds: cluster.bounds, kind: Kind::single(pieces.len()) });
+                pieces.push(Piece { chunk: number, kind: cluster.kind });
+            }
+        }
+        let mut pairs = Vec::with_capacity(pieces.len());
+        let mut root = self.merge(&clusters, chunks, &mut pairs);
+        // A chunk has room for a balanced tree below.
+        if root.kind.height as usize + balanced_height(GRAIN) > MAX_DEPTH {
+            pairs.clear();
+            root = balanced(&clusters, &mut pairs);
+        }
+        write(&root, &pairs, &pieces, chunks, threads)
+    }
+
+    fn merge(&self, clusters: &[Cluster], chunks: &[Chunk<'_>], pairs: &mut Vec<Pair>) -> Cluster {
+        let mut front = Front::new();
+        let mut merger = Merger { pairs, chains: &mut [], leaf_limit: NO_CHAINS, node_cost: 0.0 };
+        let (mut sizes, mut chunks) = (chunks.iter().map(|chunk| chunk.clusters.len()), Vec::<usize>::new());
+        let (mut rest, mut waiting) = (clusters, Vec::<Cluster>::new());
+        for step in &self.steps {
+            match step {
+                Step::Chunk => {
+                    let (next, others) = rest.split_at(sizes.next().unwrap_or(0));
+                    waiting.extend(next);
+                    rest = others;
+                    chunks.push(next.len());
+                }
+                Step::Join => {
+                    let both = chunks.pop().unwrap_or(0) + chunks.pop().unwrap_or(0);
+                    front.clear();
+                    waiting.drain(waiting.len() - both..).for_each(|cluster| front.push(&cluster));
+                    front.reduce(FEW, self.level, &mut merger);
+                    let before = waiting.len();
+                    waiting.extend(front.clusters());
+                    chunks.push(waiting.len() - before);
+                }
+            }
+        }
+        front.clear();
+        waiting.iter().for_each(|cluster| front.push(cluster));
+        front.reduce(1, self.level, &mut merger);
+        front.clusters().next().expect("there is a primitive, and so a cluster")
+    }
+}
+
+/// Halves clusters until one is left.
+fn balanced(clusters: &[Cluster], pairs: &mut Vec<Pair>) -> Cluster {
+    if let [cluster] = clusters {
+        return *cluster;
+    }
+    let (left, right) = clusters.split_at(clusters.len().div_ceil(2));
+    let pair = [balanced(left, pairs), balanced(right, pairs)];
+    let [left, right] = pair.map(|cluster| cluster.kind);
+    pairs.push(Pair::of(&pair));
+    let kind = Kind {
+        link: pairs.len() as u32 - 1,
+        primitives: left.primitives + right.primitives,
+        leaves: left.leaves + right.leaves,
+        height: left.height.max(right.height) + 1,
+    };
+    Cluster { bounds: pair[0].bounds.union(&pair[1].bounds), kind }
+}
+
+fn write(root: &Cluster, pairs: &[Pair], pieces: &[Piece], chunks: &[Chunk<'_>], threads: &Threads) -> Bvh {
+    let leaves: u32 = pieces.iter().map(|piece| piece.kind.leaves).sum();
+    let count: u32 = pieces.iter().map(|piece| piece.kind.primitives).sum();
+    let mut nodes = vec![Node { bounds: Aabb::EMPTY, link: Link::UNUSED }; 2 * leaves as usize - 1];
+    let mut primitives = vec![0; count as usize];
+    let top_size = 2 * pieces.len() - 1;
+    let (top, below) = nodes.split_at_mut(top_size);
+    let mut plan = Plan { pairs, pieces, chunks, top, used: 1, jobs: Vec::with_capacity(pieces.len()) };
+    let mut room = Room { below, below_at: top_size as u32, primitives: &mut primitives, first_place: 0 };
+    plan.visit(root.bounds, root.kind.link, 0, 1, &mut room);
+    let Plan { mut jobs, .. } = plan;
+    threads.for_each(&mut jobs, 4, &|_, job| job.run());
+    let roots: Vec<(usize, Node)> = jobs.into_iter().map(|job| (job.at, job.node)).collect();
+    roots.into_iter().for_each(|(at, node)| nodes[at] = node);
+    Bvh::from_parts(nodes, primitives, count)
+}
+
+/// A piece to be written.
+struct Job<'a> {
+    subtree: Option<Subtree<'a>>,
+    root: emit::Top,
+    depth: usize,
+    /// Where its own node belongs.
+    at: usize,
+    node: Node,
+}
+
+impl Job<'_> {
+    fn run(&mut self) {
+        if let Some(subtree) = self.subtree.take() {
+            self.node = subtree.write(self.root, self.depth);
+        }
+    }
+}
+
+struct Plan<'a, 'b> {
+    pairs: &'a [Pair],
+    pieces: &'a [Piece],
+    chunks: &'a [Chunk<'a>],
+    top: &'b mut [Node],
+    used: usize,
+    jobs: Vec<Job<'b>>,
+}
+
+/// What is not given away yet.
+struct Room<'a> {
+    below: &'a mut [Node],
+    below_at: u32,
+    primitives: &'a mut [u32],
+    first_place: u32,
+}
+
+impl<'a> Room<'a> {
+    fn take(&mut self, kind: &Kind, chunk: &'a Chunk<'_>) -> Subtree<'a> {
+        let nodes = 2 * kind.leaves as usize - 2;
+        let below = self.below.split_off_mut(..nodes).expect("there are nodes for all leaves");
+        let primitives =
+            self.primitives.split_off_mut(..kind.primitives as usize).expect("there are places for all primitives");
+        let subtree = Subtree {
+            pairs: &chunk.pairs,
+            chains: chunk.keys,
+            below,
+            below_at: self.below_at,
+            primitives,
+            first_place: self.first_place,
+        };
+        self.below_at += nodes as u32;
+        self.first_place += kind.primitives;
+        subtree
+    }
+}
+
+impl<'a: 'b, 'b> Plan<'a, 'b> {
+    /// Writes the nodes of the top, from left to right, and gives each piece its part of the rest.
+    fn visit(&mut self, bounds: Aabb, link: u32, at: usize, depth: usize, room: &mut Room<'b>) {
+        match half(link) {
+            Half::Leaf { place, .. } => {
+                let Piece { chunk, kind } = &self.pieces[place];
+                let root = emit::Top { bounds, link: kind.link, height: kind.height };
+                let subtree = Some(room.take(kind, &self.chunks[*chunk]));
+                self.jobs.push(Job { subtree, root, depth, at, node: self.top[at] });
+            }
+            Half::Pair(pair) => {
+                let pair = &self.pairs[pair];
+                let first = self.used;
+                self.used += 2;
+                self.top[at] = Node { bounds, link: Link::node(first as u32) };
+                for half in 0..2 {
+                    self.visit(pair.bounds[half], pair.links[half], first + half, depth + 1, room);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Batches answer like single calls, to the bit, whatever is claimed about their rays and whatever the processor can do.
+
+mod common;
+
+use common::{Random, World, rays, worlds};
+use kinetree::simd::Level;
+use kinetree::{Affine, Coherence, Mesh, Motion, Ray, Scene, Snapshot};
+
+const CLAIMS: [Coherence; 3] = [Coherence::Coherent, Coherence::Incoherent, Coherence::Unknown];
+
+/// Asks both questions of every level with every claim.
+fn compare(name: &str, view: &Snapshot, rays: &[Ray]) {
+    let single: Vec<_> = rays.iter().map(|ray| view.closest_hit(ray)).collect();
+    for level in Level::available() {
+        let view = view.at_level(level);
+        for claim in CLAIMS {
+            // Answers that were there before must not shine through.
+            let mut hits = single.clone();
+            hits.rotate_right(usize::from(!rays.is_empty()));
+            let mut dark: Vec<bool> = single.iter().map(|hit| hit.is_none()).collect();
+            view.closest_hits(rays, &mut hits, claim);
+            view.occluded_each(rays, &mut dark, claim);
+            for (at, ray) in rays.iter().enumerate() {
+                let what = format!("`{name}`, {level:?}, {claim:?}, ray {at}: {ray:?}");
+                assert_eq!(hits[at], single[at], "{what}");
+                assert_eq!(dark[at], single[at].is_some(), "{what}");
+                let bits = |hit: kinetree::Hit| [hit.t, hit.u, hit.v].map(f32::to_bits);
+                assert_eq!(hits[at].map(bits), single[at].map(bits), "{what}");
+            }
+        }
+    }
+}
+
+/// Rays through a tile of a picture, some of them with bounds, some through vertices.
+fn tile(world: &World, random: &mut Random, count: usize) -> Vec<Ray> {
+    let size = world.size;
+    let eye = random.point(size * 2.5);
+    let aims = rays(world, 1, random);
+    let target = if random.unit() < 0.5 { [0.0; 3] } else { aims[0].at(1.0) };
+    let ahead = [0, 1, 2].map(|axis| target[axis] - eye[axis]);
+    let spread = [0.02, 0.3, 3.0][random.below(3)] * size;
+    let (right, up) = (random.direction(), random.direction());
+    (0..count)
+        .map(|at| {
+            let (x, y) = ((at % 8) as f32 / 8.0 - 0.4, (at / 8 % 8) as f32 / 8.0 - 0.4);
+            let direction = [0, 1, 2].map(|axis| ahead[axis] + (right[axis] * x + up[axis] * y) * spread);
+            let ray = Ray::new(eye, direction);
+            if random.unit() < 0.2 { ray.with_range(random.unit(), random.within(0.5, 1.5)) } else { ray }
+        })
+        .collect()
+}
+
+#[test]
+fn batches_of_all_kinds_of_rays_answer_like_single_calls() {
+    for seed in 0..2 {
+        let mut random = Random::new(seed);
+        for world in worlds(seed) {
+            let name = format!("{}, seed {seed}", world.name);
+            compare(&name, &world.view, &rays(&world, 700, &mut random));
+        }
+    }
+}
+
+#[test]
+fn tiles_answer_like_single_calls() {
+    for seed in 20..22 {
+        let mut random = Random::new(seed);
+        for world in worlds(seed) {
+            for count in [64, 64, 64, 64, 64, 64, 1, 2, 63, 65, 150] {
+                let name = format!("{}, seed {seed}, {count} rays", world.name);
+                compare(&name, &world.view, &tile(&world, &mut random, count));
+            }
+        }
+    }
+}
+
+#[test]
+fn neighbours_of_rays_that_hit_nothing_or_need_care_are_answered() {
+    let nan = f32::NAN;
+    let odd = [
+        Ray::new([nan, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        Ray::new([0.0; 3], [0.0; 3]),
+        Ray::new([0.0; 3], [0.0, 1.0, 0.0]).with_range(2.0, 1.0),
+        Ray::new([0.0; 3], [0.0, 1.0, f32::INFINITY]),
+        Ray::new([3e38, 1.0, -3e38], [-1.0, 0.0, 1.0]),
+        Ray::new([0.1, 0.2, -3.0], [1e-39, 0.0, 1e-38]),
+        Ray::new([0.1, 0.2, -3.0], [0.0, -0.0, 3e38]),
+        Ray::new([0.1, 0.2, -3.0], [0.0, -0.0, 1.0]).with_range(-1.0, f32::INFINITY),
+    ];
+    let mut random = Random::new(31);
+    for world in worlds(31) {
+        let mut batch = tile(&world, &mut random, 160);
+        for _ in 0..40 {
+            let at = random.below(batch.len());
+            batch[at] = odd[random.below(odd.len())];
+        }
+        compare(&world.name, &world.view, &batch);
+    }
+}
+
+#[test]
+fn rays_that_meet_shared_edges_and_vertices_exactly_answer_like_single_calls() {
+    let view = common::placed(common::grid(8, 8.0), &[Affine::IDENTITY, Affine::from_translation([0.0, 0.0, 8.0])]);
+    // A tile straight down whose rays pass through vertices, edges and diagonals.
+    let down: Vec<Ray> = (0..64)
+        .map(|at| Ray::new([(at % 8) as f32 * 0.5 + 1.0, 3.0, (at / 8) as f32 * 0.5 + 6.0], [0.0, -1.0, 0.0]))
+        .collect();
+    compare("grid from above", &view, &down);
+    assert!(down.iter().all(|ray| view.closest_hit(ray).is_some()));
+}
+
+#[test]
+fn hidden_instances_stay_hidden() {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(common::cube(), Motion::Static).unwrap();
+    let seen = scene.add_instance(scene.root(), mesh, Affine::from_translation([0.0, 0.0, 5.0])).unwrap();
+    let hidden = scene.add_instance(scene.root(), mesh, Affine::IDENTITY).unwrap();
+    scene.set_mask(hidden, 0).unwrap();
+    let view = scene.commit();
+    let rays: Vec<Ray> = (0..64).map(|at| Ray::new([at as f32 * 0.01, 0.3, -9.0], [0.0, 0.0, 1.0])).collect();
+    compare("a hidden cube", &view, &rays);
+    let mut hits = vec![None; rays.len()];
+    view.closest_hits(&rays, &mut hits, Coherence::Coherent);
+    assert!(hits.iter().all(|hit| hit.is_some_and(|hit| view.instance(&hit) == seen)));
+}
+
+#[test]
+fn a_large_incoherent_batch_is_answered_in_its_own_order() {
+    // Large enough that the rays are sorted.
+    let mut random = Random::new(41);
+    let mesh = random.soup(150_000, 10.0, 0.2);
+    assert!(Mesh::triangles(&mesh).len() == 150_000);
+    let view = common::alone(mesh);
+    assert!(view.instance_at(0).bvh().memory() > 8 << 20);
+    let mut batch: Vec<Ray> = (0..6000).map(|_| Ray::new(random.point(12.0), random.direction())).collect();
+    batch[17] = Ray::new([f32::NAN; 3], [1.0, 0.0, 0.0]);
+    batch[4000] = Ray::new([0.0; 3], [0.0; 3]);
+    let single: Vec<_> = batch.iter().map(|ray| view.closest_hit(ray)).collect();
+    let mut hits = vec![None; batch.len()];
+    let mut dark = vec![false; batch.len()];
+    view.closest_hits(&batch, &mut hits, Coherence::Incoherent);
+    view.occluded_each(&batch, &mut dark, Coherence::Incoherent);
+    assert!(hits == single, "seed 41");
+    assert!(dark.iter().zip(&single).all(|(dark, hit)| *dark == hit.is_some()), "seed 41");
+}
+
+#[test]
+#[should_panic(expected = "one hit per ray")]
+fn a_batch_with_too_few_hits_panics() {
+    let rays = [Ray::new([0.0; 3], [1.0, 0.0, 0.0]); 3];
+    common::alone(common::cube()).closest_hits(&rays, &mut [None; 2], Coherence::Coherent);
+}
