@@ -112,7 +112,7 @@ mod tests {
             };
             let size = [0, 1, 2, 1000, 1025, 40_000, 150_000][seed as usize % 7];
             // Few different codes now and then, and codes that crowd together.
-            let mask = [(1 << 44) - 1, 3, 0, 0xFFF0_0000_FFF, 1 << 43][seed as usize % 5];
+            let mask = [(1 << 44) - 1, 3, 0, 0x0FFF_0000_0FFF, 1 << 43][seed as usize % 5];
             let mut keys: Vec<u64> = (0..size).map(|id| (((random() << 31 ^ random()) & mask) << 20) | id).collect();
             let mut expected = keys.clone();
             expected.sort_unstable();

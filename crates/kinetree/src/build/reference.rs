@@ -1,5 +1,7 @@
 //! What builders move around.
 
+use glam::Vec3A;
+
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
@@ -32,6 +34,13 @@ pub(crate) fn references(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync)
 
 /// The box around references.
 pub(crate) fn bounds_of(references: &[Reference], threads: &Threads) -> Aabb {
-    let around = |piece: &[Reference]| piece.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds));
+    let around = |piece: &[Reference]| {
+        let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+        for reference in piece {
+            min = min.min(reference.bounds.min.into());
+            max = max.max(reference.bounds.max.into());
+        }
+        Aabb::new(min.into(), max.into())
+    };
     threads.reduce(references, GRAIN, &around, &|a, b| a.union(&b))
 }

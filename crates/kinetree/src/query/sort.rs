@@ -12,29 +12,59 @@ const LEAST_RAYS: usize = 4096;
 /// Trees below this many bytes stay in the caches near a core, and order does not matter.
 const LEAST_TREE: usize = 8 << 20;
 
-/// How many rays are fetched together: they stay in the nearest cache.
-pub(crate) const AT_ONCE: usize = 256;
+/// How many rays are sorted together. What is needed for it stays in the second cache, and large batches need no large buffers.
+pub(crate) const BLOCK: usize = 1 << 16;
+
+/// How many rays are fetched together: they stay in the first cache.
+pub(crate) const FETCHED: usize = 256;
 
 /// Whether the order may pay.
 pub(crate) fn is_worth_while(world: &TwoLevel, rays: usize) -> bool {
     rays >= LEAST_RAYS && world.meshes.iter().map(|mesh| mesh.bvh.memory()).sum::<usize>() > LEAST_TREE
 }
 
-/// Numbers of the rays, in the order in which they are best traced. There are fewer than 2^32.
-pub(crate) fn order(rays: &[Ray], bounds: &Aabb) -> Vec<u32> {
-    let mut entries: Vec<u64> =
-        rays.iter().zip(0..).map(|(ray, number)| u64::from(key(ray, bounds)) << 32 | number).collect();
-    let mut spare = vec![0; entries.len()];
-    for shift in [32, 43, 54] {
-        pass(&entries, &mut spare, shift);
-        std::mem::swap(&mut entries, &mut spare);
+/// A ray's key in the upper half, its number in the lower half.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Place(u64);
+
+impl Place {
+    /// Number of the ray.
+    #[inline(always)]
+    pub(crate) fn ray(self) -> usize {
+        self.0 as u32 as usize
     }
-    entries.into_iter().map(|entry| entry as u32).collect()
+}
+
+/// Sorts rays, block by block, in the same memory.
+pub(crate) struct Sorter {
+    bounds: Aabb,
+    places: Vec<Place>,
+    spare: Vec<Place>,
+}
+
+impl Sorter {
+    /// For rays in a scene within these bounds.
+    pub(crate) fn new(bounds: Aabb) -> Self {
+        Self { bounds, places: Vec::new(), spare: Vec::new() }
+    }
+
+    /// In which order the rays are best traced. There are at most [`BLOCK`].
+    pub(crate) fn order(&mut self, rays: &[Ray]) -> &[Place] {
+        let Self { bounds, places, spare } = self;
+        places.clear();
+        places.extend(rays.iter().zip(0..).map(|(ray, number)| Place(u64::from(key(ray, bounds)) << 32 | number)));
+        spare.resize(places.len(), Place::default());
+        for shift in [32, 43, 54] {
+            pass(places, spare, shift);
+            std::mem::swap(places, spare);
+        }
+        places
+    }
 }
 
 /// Eleven bits of a radix sort: stable, so that the passes before count for what is equal in this one.
-fn pass(from: &[u64], to: &mut [u64], shift: u32) {
-    let digit = |entry: u64| (entry >> shift & 0x7ff) as usize;
+fn pass(from: &[Place], to: &mut [Place], shift: u32) {
+    let digit = |entry: Place| (entry.0 >> shift & 0x7ff) as usize;
     let mut starts = [0_usize; 0x801];
     from.iter().for_each(|&entry| starts[digit(entry) + 1] += 1);
     for at in 1..starts.len() {

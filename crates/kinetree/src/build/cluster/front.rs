@@ -14,7 +14,7 @@ pub(super) const FULL: usize = 64;
 pub(super) const FEW: usize = FULL / 2;
 
 /// How far a cluster looks to each side.
-const RADIUS: usize = 8;
+const RADIUS: usize = 6;
 
 const LANES: usize = 8;
 
