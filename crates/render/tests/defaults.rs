@@ -86,6 +86,64 @@ fn a_single_body_is_seen_from_outside_and_fills_the_picture_well() {
     }
 }
 
+/// Where a point is seen, from -1 to 1 to the right and up, and how far away.
+fn seen_at(camera: &Camera, aspect: f32, point: [f32; 3]) -> [f32; 3] {
+    let placement = camera.world_from_camera;
+    let along = |axis: [f32; 3]| (0..3).map(|i| axis[i] * (point[i] - camera.position()[i])).sum::<f32>();
+    let (depth, half) = (-along(placement.z_axis), (0.5 * camera.fov_y).tan());
+    [along(placement.x_axis) / (depth * half * aspect), along(placement.y_axis) / (depth * half), depth]
+}
+
+#[test]
+fn a_race_in_a_wide_land_is_seen_from_near() {
+    let cars: Vec<[f32; 3]> = (0..6).map(|i| [150.0 + 6.0 * i as f32, 1.0, -80.0 + 4.0 * (i % 2) as f32]).collect();
+    let mut model = Model::default().with(&Shape::square(), grey(), Affine::from_scale([800.0, 1.0, 800.0]));
+    for i in 0..150 {
+        let position = [(i * 37 % 400) as f32 - 200.0, 0.0, (i * 91 % 400) as f32 - 200.0];
+        model = model.with(&Shape::sphere(6), grey(), placed([1.5, 5.0, 1.5], [0.0, 1.0, 0.0], 0.0, position));
+    }
+    for &car in &cars {
+        let body = placed([2.0, 0.8, 1.0], [0.0, 1.0, 0.0], 0.1, car);
+        model = model.with_moving(&Shape::cube(), grey(), body, Motion::Rigid);
+        for x in [-1.3, 1.3] {
+            let wheel = placed([0.4; 3], [0.0, 1.0, 0.0], 0.0, [car[0] + x, 0.4, car[2] + 1.0]);
+            model = model.with_moving(&Shape::sphere(4), grey(), wheel, Motion::Rigid);
+        }
+    }
+    // A bird alone, and a train.
+    let bird = Affine::from_translation([-100.0, 60.0, 20.0]);
+    let train = Affine::from_translation([0.0, 3.0, 150.0]) * Affine::from_scale([60.0, 3.0, 2.0]);
+    let frame = model
+        .with_moving(&Shape::cube(), grey(), bird, Motion::Rigid)
+        .with_moving(&Shape::cube(), grey(), train, Motion::Rigid)
+        .frame();
+    let camera = default_camera(&frame, 16.0 / 9.0);
+    for car in cars {
+        let [x, y, depth] = seen_at(&camera, 16.0 / 9.0, car);
+        assert!(depth > 0.0 && x.abs() < 1.0 && y.abs() < 1.0, "{car:?} is at {x} {y} {depth} of {camera:?}");
+        let part = 4.0 / (2.0 * depth * (0.5 * camera.fov_y).tan() * 16.0 / 9.0);
+        assert!((0.03..0.4).contains(&part), "{car:?} takes {part} of the width of {camera:?}");
+    }
+}
+
+#[test]
+fn where_all_moves_all_of_it_is_in_the_picture() {
+    let places: Vec<[f32; 3]> = (0..9).map(|i| [(i % 3) as f32 * 3.0, 0.0, (i / 3) as f32 * 2.5]).collect();
+    let frame = places
+        .iter()
+        .fold(Model::default(), |model, &place| {
+            model.with_moving(&Shape::sphere(8), grey(), Affine::from_translation(place), Motion::Deforming)
+        })
+        .frame();
+    let camera = default_camera(&frame, 1.5);
+    for place in places {
+        for side in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]] {
+            let [x, y, depth] = seen_at(&camera, 1.5, [0, 1, 2].map(|axis| place[axis] + 0.9 * side[axis]));
+            assert!(depth > 1.0 && x.abs() < 1.0 && y.abs() < 1.0, "{place:?} is at {x} {y} {depth} of {camera:?}");
+        }
+    }
+}
+
 #[test]
 fn awkward_frames_have_a_camera_and_always_the_same() {
     let flat = Model::default().with(&Shape::square(), grey(), Affine::IDENTITY);

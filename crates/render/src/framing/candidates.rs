@@ -51,13 +51,13 @@ pub(super) fn inside(region: &Region) -> Vec<Camera> {
 }
 
 /// Unit vector; azimuth in turns from +z towards +x, elevation in radians.
-fn direction(azimuth: f32, elevation: f32) -> Vec3 {
+pub(super) fn direction(azimuth: f32, elevation: f32) -> Vec3 {
     let (sin, cos) = (azimuth * 2.0 * PI).sin_cos();
     Vec3::new(sin * elevation.cos(), elevation.sin(), cos * elevation.cos())
 }
 
 /// Radius of a box of half extents `half` as seen along a unit vector, about: its half diagonal across the view.
-fn shadow(half: Vec3, along: Vec3) -> f32 {
+pub(super) fn shadow(half: Vec3, along: Vec3) -> f32 {
     let depth = half.dot(along.abs());
     (half.length_squared() - 0.5 * depth * depth).max(0.0).sqrt()
 }

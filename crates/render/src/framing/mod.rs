@@ -1,29 +1,43 @@
 //! A camera for who brings none.
 //!
-//! Where most of the surface is, weighed so that a few huge or far triangles do not decide, is the region of interest.
+//! Where something moves, that is what the picture is about: `bodies` finds what moves, `subject` the group to be shown,
+//! and `portrait` the camera that shows it best. Where nothing does, or it cannot be seen, the place itself is shown. Where most of the surface is, weighed so that a few huge or far triangles do not decide, is the region of interest.
 //! Some dozens of cameras are tried, around it and inside it; each looks with a few hundred rays, and the one that sees
 //! most of the region, in most variety, is taken. So a car on a plain is seen from outside, and a kitchen from within.
 
+mod bodies;
 mod candidates;
+mod picture;
+mod portrait;
 mod region;
 mod score;
+mod sight;
+mod subject;
 
 use glam::Vec3;
 
 use crate::{Camera, Frame};
 use region::Region;
+use subject::Subject;
 
-/// A camera that shows the middle of a frame well. The same frame and aspect (width over height) give the same camera.
+/// A camera that shows what moves in a frame, or else the middle of it. The same frame and aspect (width over height) give
+/// the same camera.
 ///
-/// Tries some dozens of cameras with a few hundred rays each. A frame without triangles is seen from some way off.
+/// Tries some hundreds of cameras with a few hundred rays each. A frame without triangles is seen from some way off.
 pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
     let Some(region) = Region::of(frame) else {
         return Camera::look_at([3.0, 2.0, 4.0], [0.0; 3], candidates::OUTSIDE_FOV);
     };
     let aspect = if aspect.is_finite() { aspect.clamp(0.1, 10.0) } else { 1.0 };
+    let portrait = Subject::of(frame, &region).and_then(|subject| portrait::portrait(frame, &subject, aspect));
+    portrait.unwrap_or_else(|| overview(frame, &region, aspect))
+}
+
+/// The camera that shows a region best.
+fn overview(frame: &Frame, region: &Region, aspect: f32) -> Camera {
     let mut best: Option<(f32, Camera)> = None;
-    for camera in candidates::around(&region, aspect).into_iter().chain(candidates::inside(&region)) {
-        let score = score::score(frame, &region, &camera, aspect);
+    for camera in candidates::around(region, aspect).into_iter().chain(candidates::inside(region)) {
+        let score = score::score(frame, region, &camera, aspect);
         // The first of equals stays.
         if best.is_none_or(|(most, _)| score > most) {
             best = Some((score, camera));

@@ -1,0 +1,102 @@
+//! Where things are in a picture: from -1 to 1, right and up.
+
+use glam::{Vec2, Vec3};
+
+use super::subject::Shown;
+use crate::Camera;
+
+/// A camera that places are projected through.
+#[derive(Debug)]
+pub(super) struct Picture {
+    pub(super) eye: Vec3,
+    right: Vec3,
+    up: Vec3,
+    forward: Vec3,
+    /// From the middle to the edges, at distance one.
+    half: Vec2,
+}
+
+impl Picture {
+    /// `camera` has axes of length one.
+    pub(super) fn new(camera: &Camera, aspect: f32) -> Self {
+        let placement = &camera.world_from_camera;
+        let half = (0.5 * camera.fov_y).tan();
+        Self {
+            eye: placement.translation.into(),
+            right: placement.x_axis.into(),
+            up: placement.y_axis.into(),
+            forward: -Vec3::from(placement.z_axis),
+            half: Vec2::new(half * aspect, half),
+        }
+    }
+
+    /// Where a place is seen; within -1 to 1 it is in the picture. `None` for what is not in front.
+    pub(super) fn project(&self, place: Vec3) -> Option<Vec2> {
+        let offset = place - self.eye;
+        let depth = offset.dot(self.forward);
+        (depth > 0.0).then(|| Vec2::new(offset.dot(self.right), offset.dot(self.up)) / (depth * self.half))
+    }
+
+    /// From the eye through a point of the picture, at distance one along the view.
+    pub(super) fn ray(&self, at: Vec2) -> Vec3 {
+        let at = at * self.half;
+        self.forward + self.right * at.x + self.up * at.y
+    }
+
+    /// The size of a body as a part of the picture's width, about; large without bound for what is at the eye.
+    pub(super) fn width_of(&self, body: &Shown) -> f32 {
+        body.size / (2.0 * self.half.x * body.center.distance(self.eye)).max(1e-30)
+    }
+}
+
+/// The box around points of a picture.
+#[derive(Debug)]
+pub(super) struct Extent {
+    pub(super) min: Vec2,
+    pub(super) max: Vec2,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY }
+    }
+}
+
+impl Extent {
+    pub(super) fn add(&mut self, at: Vec2) {
+        (self.min, self.max) = (self.min.min(at), self.max.max(at));
+    }
+
+    /// The part of the picture's width or height that it takes up, whichever is larger; 0 without points.
+    pub(super) fn largest(&self) -> f32 {
+        (0.5 * (self.max - self.min)).max_element().max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Lens;
+
+    #[test]
+    fn places_are_projected_to_where_their_ray_starts() {
+        let camera = Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7);
+        let (picture, lens) = (Picture::new(&camera, 1.5), Lens::new(&camera, 1.5));
+        for [x, y] in [[0.5, 0.5], [0.1, 0.9], [1.2, 0.3]] {
+            let ray = lens.ray([x, y]);
+            let (at, expected) = (picture.project(ray.at(5.0).into()), Vec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y));
+            assert!(at.is_some_and(|at| at.distance(expected) < 1e-4), "{at:?} {expected}");
+            assert!(picture.ray(expected).angle_between(ray.direction.into()) < 1e-3);
+            assert!(picture.project(ray.at(-5.0).into()).is_none());
+        }
+    }
+
+    #[test]
+    fn an_extent_without_points_is_nothing() {
+        let mut extent = Extent::default();
+        assert!(extent.largest() <= 0.0);
+        extent.add(Vec2::new(-0.5, 0.0));
+        extent.add(Vec2::new(0.5, 0.8));
+        assert!((extent.largest() - 0.5).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,144 @@
+//! What a camera sees, by a coarse grid of rays.
+
+use glam::Vec3;
+use kinetree::Ray;
+
+use crate::camera::Lens;
+use crate::sampler::combine;
+use crate::shading::ShadingPoint;
+use crate::{Camera, Frame};
+
+/// Rays across and down.
+const GRID: [u32; 2] = [32, 18];
+/// All rays.
+const RAYS: f32 = (GRID[0] * GRID[1]) as f32;
+/// Nearer than this, over the scale of what is looked at, things begin to stand in the way.
+const TOO_NEAR: f32 = 0.35;
+/// Farther than this, over the same, is background.
+const FAR: f32 = 4.0;
+
+/// What a camera sees.
+#[derive(Debug, Default)]
+pub(super) struct Sight {
+    /// Where the surfaces are that are seen.
+    positions: Vec<Vec3>,
+    /// How near things are, counted more in the middle of the picture.
+    blocked: f32,
+    /// Seen from the side that the winding faces away from.
+    back: f32,
+    /// Neither near nor in the middle distance, or nothing at all.
+    far: f32,
+    triangles: Vec<u32>,
+    instances: Vec<u32>,
+    facings: Vec<u32>,
+    depths: Vec<u32>,
+}
+
+/// Whether nothing stands between a camera and a place on a surface, up to just before it.
+pub(super) fn is_open(frame: &Frame, camera: &Camera, place: Vec3) -> bool {
+    let eye = Vec3::from(camera.position());
+    !frame.view.occluded(&Ray::new(eye.into(), (place - eye).into()).with_range(0.0, 0.99))
+}
+
+impl Sight {
+    /// `scale` is how large what is looked at is, or how far away, metres.
+    pub(super) fn through(frame: &Frame, camera: &Camera, aspect: f32, scale: f32) -> Self {
+        let lens = Lens::new(camera, aspect);
+        let mut sight = Self::default();
+        for row in 0..GRID[1] {
+            for column in 0..GRID[0] {
+                let at = [(column as f32 + 0.5) / GRID[0] as f32, (row as f32 + 0.5) / GRID[1] as f32];
+                let ray = lens.ray(at);
+                if let Some(hit) = frame.view.closest_hit(&ray) {
+                    let point = ShadingPoint::new(frame, &hit, ray.direction.into());
+                    let in_middle = (at[0] - 0.5).abs() < 0.25 && (at[1] - 0.5).abs() < 0.25;
+                    sight.note(&point, hit.t / scale, in_middle);
+                } else {
+                    sight.far += 1.0;
+                }
+            }
+        }
+        sight
+    }
+
+    fn note(&mut self, point: &ShadingPoint<'_>, distance: f32, in_middle: bool) {
+        self.positions.push(point.position);
+        self.back += f32::from(u8::from(!point.front));
+        self.far += f32::from(u8::from(distance > FAR));
+        let nearness = (1.0 - distance / TOO_NEAR).max(0.0);
+        self.blocked += nearness * if in_middle { 2.0 } else { 1.0 };
+        self.triangles.push(combine(point.instance, point.primitive));
+        self.instances.push(point.instance);
+        self.facings.push(facing(point.facing));
+        self.depths.push((distance.max(1e-6).log2() * 2.0 + 100.0) as u32);
+    }
+
+    /// The part of the picture that shows a surface within somewhere.
+    pub(super) fn part_within(&self, contains: impl Fn(Vec3) -> bool) -> f32 {
+        self.positions.iter().filter(|&&position| contains(position)).count() as f32 / RAYS
+    }
+
+    /// The part of the picture that shows nothing, or what is far away.
+    pub(super) fn far(&self) -> f32 {
+        self.far / RAYS
+    }
+
+    /// 1 when nothing stands near the camera, 0 when all is blocked.
+    pub(super) fn open(&self) -> f32 {
+        (1.0 - self.blocked / RAYS).max(0.0)
+    }
+
+    /// The part of what is seen that shows its outside.
+    pub(super) fn right_side(&self) -> f32 {
+        1.0 - self.back / (self.positions.len() as f32).max(1.0)
+    }
+
+    /// How different the things in the picture are, from 0 to 1.
+    pub(super) fn variety(&self) -> f32 {
+        let detail = (distinct(self.triangles.clone()) / RAYS).min(1.0).sqrt();
+        0.4 * detail
+            + 0.25 * evenness(self.instances.clone(), 12.0)
+            + 0.2 * evenness(self.facings.clone(), 10.0)
+            + 0.15 * evenness(self.depths.clone(), 6.0)
+    }
+}
+
+/// One of 26 directions.
+fn facing(normal: Vec3) -> u32 {
+    let cell = (normal * 1.5 + Vec3::splat(1.5)).clamp(Vec3::ZERO, Vec3::splat(2.0)).as_uvec3();
+    cell.x + 3 * cell.y + 9 * cell.z
+}
+
+/// How many different values there are.
+fn distinct(mut values: Vec<u32>) -> f32 {
+    values.sort_unstable();
+    values.dedup();
+    values.len() as f32
+}
+
+/// How evenly values are spread, from 0 for a single one to 1 for `most` of equal number or more: the exponential of their
+/// entropy, on a logarithmic scale.
+fn evenness(mut values: Vec<u32>, most: f32) -> f32 {
+    values.sort_unstable();
+    let total = (values.len() as f32).max(1.0);
+    let entropy: f32 = values
+        .chunk_by(|a, b| a == b)
+        .map(|run| {
+            let part = run.len() as f32 / total;
+            -part * part.ln()
+        })
+        .sum();
+    (entropy / most.ln()).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn evenness_is_nothing_for_one_and_full_for_many() {
+        assert!(evenness(vec![7; 20], 4.0) < 1e-6);
+        assert!((evenness(vec![1, 2, 3, 4, 1, 2, 3, 4], 4.0) - 1.0).abs() < 1e-6);
+        assert!(evenness(vec![1, 1, 1, 1, 1, 1, 1, 2], 4.0) < 0.5);
+    }
+}
