@@ -4,7 +4,7 @@ mod common;
 
 use common::{Random, World, rays, worlds};
 use kinetree::simd::Level;
-use kinetree::{Affine, Coherence, Mesh, Motion, Ray, Scene, Snapshot};
+use kinetree::{Affine, Coherence, Motion, Ray, Scene, Snapshot, Work};
 
 const CLAIMS: [Coherence; 3] = [Coherence::Coherent, Coherence::Incoherent, Coherence::Unknown];
 
@@ -128,14 +128,15 @@ fn hidden_instances_stay_hidden() {
 fn a_large_incoherent_batch_is_answered_in_its_own_order() {
     // Large enough that the rays are sorted.
     let mut random = Random::new(41);
-    let mesh = random.soup(150_000, 10.0, 0.2);
-    assert!(Mesh::triangles(&mesh).len() == 150_000);
-    let view = common::alone(mesh);
+    let view = common::alone(random.soup(150_000, 10.0, 0.2));
     assert!(view.instance_at(0).bvh().memory() > 8 << 20);
     let mut batch: Vec<Ray> = (0..6000).map(|_| Ray::new(random.point(12.0), random.direction())).collect();
     batch[17] = Ray::new([f32::NAN; 3], [1.0, 0.0, 0.0]);
     batch[4000] = Ray::new([0.0; 3], [0.0; 3]);
     let single: Vec<_> = batch.iter().map(|ray| view.closest_hit(ray)).collect();
+    let mut work = Work::default();
+    batch.iter().for_each(|ray| _ = view.query().closest_hit_counted(ray, &mut work));
+    assert!(work.nodes + work.leaves > 15 * batch.len() as u64, "rays that are worth sorting: {work}");
     let mut hits = vec![None; batch.len()];
     let mut dark = vec![false; batch.len()];
     view.closest_hits(&batch, &mut hits, Coherence::Incoherent);

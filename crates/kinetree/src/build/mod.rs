@@ -1,6 +1,7 @@
 //! Growing trees: choosing a cut is one thing, carrying it out is another.
 //!
-//! [`clustered()`] is for what is rebuilt every frame, [`binned()`] for what is built while the game runs, [`agglomerate()`] for the top level, over the boxes of instances.
+//! [`clustered()`] is for what is rebuilt every frame, [`binned()`] for what is built while the game runs,
+//! [`spatial()`] for what is built once and traced for long, [`agglomerate()`] for the top level, over the boxes of instances.
 
 mod agglomerate;
 mod binned;

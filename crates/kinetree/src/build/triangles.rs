@@ -6,6 +6,7 @@ use crate::geometry::Triangles;
 use crate::tree::Bvh;
 
 /// Shares of all nodes that reinsertion tries to move, batch by batch.
+const BATCHES_OF_THE_FAST: [f32; 1] = [0.05];
 const BATCHES: [f32; 2] = [0.1, 0.05];
 const BATCHES_OF_THE_BEST: [f32; 3] = [0.1, 0.05, 0.05];
 
@@ -14,15 +15,15 @@ const BATCHES_OF_THE_BEST: [f32; 3] = [0.1, 0.05, 0.05];
 /// # Panics
 /// When there are more triangles than 2^27.
 pub fn triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
-    let whole = || binned(triangles.len(), |triangle| triangles.bounds_of(triangle), options);
+    let clustered = |options| clustered(triangles.len(), |triangle| triangles.bounds_of(triangle), options);
     match options.quality {
-        Quality::Fastest => {
-            // Leaves as large as a block of the wide tree, where a box costs more than the tests behind it.
-            let blocks = BuildOptions { max_leaf: 4, node_cost: 4.0, ..options.clone() };
-            clustered(triangles.len(), |triangle| triangles.bounds_of(triangle), &blocks)
+        // Leaves as large as a block of the wide tree, where a box costs more than the tests behind it.
+        Quality::Fastest => clustered(&BuildOptions { max_leaf: 4, node_cost: 4.0, ..options.clone() }),
+        Quality::Fast => reinsert(clustered(options), &BATCHES_OF_THE_FAST, &options.threads),
+        Quality::Balanced => {
+            let whole = binned(triangles.len(), |triangle| triangles.bounds_of(triangle), options);
+            reinsert(whole, &BATCHES, &options.threads)
         }
-        Quality::Fast => whole(),
-        Quality::Balanced => reinsert(whole(), &BATCHES, &options.threads),
         Quality::Best => reinsert(spatial(triangles, options), &BATCHES_OF_THE_BEST, &options.threads),
     }
 }

@@ -4,8 +4,8 @@ use super::{Coherence, Hit, Query, sort};
 use crate::geometry::{Ray, Sheared, TriangleHit};
 use crate::simd::{Isa, Kernel};
 use crate::traverse::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel, octants,
-    rows_of, walk_packet,
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel, Work,
+    octants, rows_of, walk_packet,
 };
 use crate::wide::WideLink;
 
@@ -16,7 +16,8 @@ use crate::wide::WideLink;
 pub(crate) fn closest_hits(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
     assert_eq!(rays.len(), hits.len(), "one hit per ray");
     let alone = |ray: &Ray| Query::new(world).closest_hit(ray);
-    each(world, rays, hits, coherence, alone, Nearest::new);
+    let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).closest_hit_counted(ray, work);
+    each(world, rays, hits, coherence, (alone, sampled), Nearest::new);
 }
 
 /// Whether each ray hits anything.
@@ -26,7 +27,8 @@ pub(crate) fn closest_hits(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hi
 pub(crate) fn occluded_each(world: &TwoLevel, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
     assert_eq!(rays.len(), answers.len(), "one answer per ray");
     let alone = |ray: &Ray| Query::new(world).occluded(ray);
-    each(world, rays, answers, coherence, alone, Any::new);
+    let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
+    each(world, rays, answers, coherence, (alone, sampled), Any::new);
 }
 
 fn each<G: GatherRows>(
@@ -34,7 +36,7 @@ fn each<G: GatherRows>(
     rays: &[Ray],
     answers: &mut [G::Answer],
     coherence: Coherence,
-    alone: impl Fn(&Ray) -> G::Answer,
+    (alone, sampled): (impl Fn(&Ray) -> G::Answer, impl Fn(&Ray, &mut Work)),
     within: impl Fn(Column) -> G,
 ) {
     match coherence {
@@ -46,7 +48,7 @@ fn each<G: GatherRows>(
                 }
             }
         }
-        Coherence::Incoherent if sort::is_worth_while(world, rays.len()) => {
+        Coherence::Incoherent if sort::is_worth_while(world, rays, sampled) => {
             let mut sorter = sort::Sorter::new(world.top.bounds());
             let (mut gathered, mut answered) = (Vec::with_capacity(sort::FETCHED), Vec::with_capacity(sort::FETCHED));
             for (rays, answers) in rays.chunks(sort::BLOCK).zip(answers.chunks_mut(sort::BLOCK)) {

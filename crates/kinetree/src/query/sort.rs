@@ -4,7 +4,7 @@
 //! Sorted by octant, then by origin along a Morton curve, then by direction.
 
 use crate::geometry::{Aabb, Ray};
-use crate::traverse::TwoLevel;
+use crate::traverse::{TwoLevel, Work};
 
 /// Fewer rays than this meet too few others of their kind.
 const LEAST_RAYS: usize = 4096;
@@ -13,14 +13,27 @@ const LEAST_RAYS: usize = 4096;
 const LEAST_TREE: usize = 8 << 20;
 
 /// How many rays are sorted together. What is needed for it stays in the second cache, and large batches need no large buffers.
-pub(crate) const BLOCK: usize = 1 << 16;
+pub(crate) const BLOCK: usize = 1 << 18;
 
 /// How many rays are fetched together: they stay in the first cache.
 pub(crate) const FETCHED: usize = 256;
 
-/// Whether the order may pay.
-pub(crate) fn is_worth_while(world: &TwoLevel, rays: usize) -> bool {
-    rays >= LEAST_RAYS && world.meshes.iter().map(|mesh| mesh.bvh.memory()).sum::<usize>() > LEAST_TREE
+/// Rays that are traced to see how dear they are.
+const SAMPLES: usize = 64;
+
+/// Nodes and leaves that a ray has to visit, as a rule, for its order to matter. Sorting takes 30 to 50 ns a ray; shuffled diffuse rays with 2 to 8 visits lost
+/// up to 30 % of their rate by it, those with 16 gained 12 to 17 %, in trees of 80 and 110 MB.
+const LEAST_VISITS: u64 = 12;
+
+/// Whether the order may pay: there are many rays, much memory, and they see a lot of it. `sampled` traces a ray and counts.
+pub(crate) fn is_worth_while(world: &TwoLevel, rays: &[Ray], sampled: impl Fn(&Ray, &mut Work)) -> bool {
+    let memory = || world.meshes.iter().map(|mesh| mesh.bvh.memory()).sum::<usize>();
+    if rays.len() < LEAST_RAYS || memory() <= LEAST_TREE {
+        return false;
+    }
+    let mut work = Work::default();
+    rays.iter().step_by(rays.len() / SAMPLES).take(SAMPLES).for_each(|ray| sampled(ray, &mut work));
+    work.nodes + work.leaves >= LEAST_VISITS * SAMPLES as u64
 }
 
 /// A ray's key in the upper half, its number in the lower half.
@@ -94,4 +107,31 @@ fn key(ray: &Ray, bounds: &Aabb) -> u32 {
 /// Seven bits, two places between each.
 fn spread(x: u32) -> u32 {
     (0..7).fold(0, |bits, at| bits | (x >> at & 1) << (3 * at))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_names_each_ray_once_by_rising_keys() {
+        let bounds = Aabb::new([-1.0; 3], [1.0, 3.0, 1.0]);
+        let unit = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 23) as f32 - 1.0;
+        let mut rays: Vec<Ray> = (0..5000)
+            .map(|i| Ray::new([0, 1, 2].map(|axis| unit(6 * i + axis)), [3, 4, 5].map(|axis| unit(6 * i + axis))))
+            .collect();
+        rays[77] = Ray::new([f32::NAN; 3], [f32::INFINITY; 3]);
+        rays[78] = Ray::new([1e30; 3], [0.0; 3]);
+        let mut sorter = Sorter::new(bounds);
+        for count in [0, 1, 5000, 300] {
+            let order: Vec<usize> = sorter.order(&rays[..count]).iter().map(|place| place.ray()).collect();
+            assert!(order.windows(2).all(|pair| {
+                let [one, other] = [pair[0], pair[1]].map(|at| key(&rays[at], &bounds));
+                one < other || one == other && pair[0] < pair[1]
+            }));
+            let mut all = order;
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..count));
+        }
+    }
 }

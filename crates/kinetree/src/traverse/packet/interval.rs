@@ -69,7 +69,7 @@ impl<I: Isa> Interval<I> {
             entry = isa.max8(from, entry);
             exit = isa.min8(to, exit);
         }
-        (isa.le8(entry, exit) & node.in_use as u8, entry)
+        (isa.le8(entry, exit) & node.in_use, entry)
     }
 }
 

@@ -10,6 +10,8 @@ mod interval;
 mod planes;
 mod rays;
 mod sheared;
+#[cfg(test)]
+mod tests;
 mod walk;
 
 pub(crate) use interval::{Interval, octants};

@@ -32,7 +32,7 @@ impl PacketPlanes {
     /// Rays stray by `stray_share` of the largest coordinate of their origin.
     #[inline(always)]
     fn with_slack<I: Isa>(isa: I, rays: &RayPacket, bounds: &Aabb, slack: f32, stray_share: f32) -> Self {
-        let parallel = 4.0 * slack * UNIT_ROUNDOFF;
+        let parallel = 1.0 / (4.0 * slack * UNIT_ROUNDOFF);
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
         let zero = [Column::splat(0.0); 3];
         let mut all = Self { near_scale: zero, near_offset: zero, far_scale: zero, far_offset: zero, careful: 0 };
@@ -40,7 +40,7 @@ impl PacketPlanes {
         for row in 0..zero[0].0.len() {
             for lane in 0..16 {
                 let (mut origin, mut direction) = ([0.0; 3], [0.0; 3]);
-                let (mut largest, mut reach, mut stray, mut finite) = (0.0, 0.0, 0.0, true);
+                let (mut largest, mut reach, mut stray, mut tame) = (0.0, 0.0, 0.0, true);
                 for axis in 0..3 {
                     origin[axis] = rays.origin[axis].0[row].0[lane];
                     direction[axis] = rays.direction[axis].0[row].0[lane];
@@ -50,24 +50,26 @@ impl PacketPlanes {
                     stray = larger(stray, stray_share * origin[axis].abs());
                 }
                 for axis in 0..3 {
-                    let slope = direction[axis].abs() / largest;
-                    let step = (larger(slope, LEAST_SLOPE) * largest).copysign(direction[axis]);
+                    let step = larger(direction[axis].abs(), LEAST_SLOPE * largest).copysign(direction[axis]);
                     let reciprocal = 1.0 / step;
-                    let flat = slope < parallel;
-                    let lean = slack * UNIT_ROUNDOFF * if flat { 1.0 } else { 1.0 + 1.0 / slope };
-                    let stray = if flat { stray + slack * UNIT_ROUNDOFF * reach } else { stray } * reciprocal.abs();
-                    let (near, far) = (reciprocal * (1.0 - lean), reciprocal * (1.0 + lean));
+                    let flatness = reciprocal.abs() * largest;
+                    let is_parallel = flatness > parallel;
+                    let lean = (if is_parallel { 0.0 } else { flatness } + 1.0) * (slack * UNIT_ROUNDOFF);
+                    let far_end = if is_parallel { slack * UNIT_ROUNDOFF * reach } else { 0.0 };
+                    let stray = (stray + far_end) * reciprocal.abs();
+                    let (near, far) = (reciprocal - reciprocal * lean, reciprocal + reciprocal * lean);
                     let (near_start, far_start) = (origin[axis] * near, origin[axis] * far);
-                    let near_offset = near_start + (4.0 * UNIT_ROUNDOFF * near_start.abs() + stray);
-                    let far_offset = far_start - (4.0 * UNIT_ROUNDOFF * far_start.abs() + stray);
+                    let near_offset = near_start + (near_start.abs() * (4.0 * UNIT_ROUNDOFF) + stray);
+                    let far_offset = far_start - (far_start.abs() * (4.0 * UNIT_ROUNDOFF) + stray);
                     all.near_scale[axis].0[row].0[lane] = near;
                     all.far_scale[axis].0[row].0[lane] = far;
                     all.near_offset[axis].0[row].0[lane] = near_offset;
                     all.far_offset[axis].0[row].0[lane] = far_offset;
-                    finite &= near.abs() * farthest + near_offset.abs() <= f32::MAX;
-                    finite &= far.abs() * farthest + far_offset.abs() <= f32::MAX;
+                    tame &= near.abs() >= f32::MIN_POSITIVE;
+                    tame &= near.abs() * farthest + near_offset.abs() <= f32::MAX;
+                    tame &= far.abs() * farthest + far_offset.abs() <= f32::MAX;
                 }
-                overflowed.0[row].0[lane] = if finite { 0.0 } else { 1.0 };
+                overflowed.0[row].0[lane] = if tame { 0.0 } else { 1.0 };
             }
         }
         all.careful = overflowed.positive(isa);

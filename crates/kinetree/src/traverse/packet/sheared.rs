@@ -71,6 +71,12 @@ impl ShearedPacket {
         all
     }
 
+    /// The bits of what belongs to one ray.
+    #[cfg(test)]
+    pub(super) fn of(&self, ray: usize) -> ([u32; 3], u32) {
+        ([0, 1, 2].map(|axis| self.shear[axis].get(ray).to_bits()), self.t_scale.get(ray).to_bits())
+    }
+
     /// The axes of the sheared space, in the order x, y, z, for rays along an axis, up or down.
     #[inline(always)]
     pub(crate) fn axes(along: usize, downwards: bool) -> [usize; 3] {
