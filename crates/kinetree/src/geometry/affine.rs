@@ -114,13 +114,13 @@ impl Affine {
     }
 
     /// A point of the one space in the other.
-    #[inline]
+    #[inline(always)]
     pub fn transform_point(&self, point: [f32; 3]) -> [f32; 3] {
         (Vec3::from(self.transform_vector(point)) + Vec3::from(self.translation)).into()
     }
 
     /// A direction or displacement of the one space in the other.
-    #[inline]
+    #[inline(always)]
     pub fn transform_vector(&self, vector: [f32; 3]) -> [f32; 3] {
         let [x, y, z] = vector;
         (Vec3::from(self.x_axis) * x + Vec3::from(self.y_axis) * y + Vec3::from(self.z_axis) * z).into()

@@ -1,6 +1,6 @@
 //! Rays.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 /// A half-open line with bounds. Its direction has any length but zero; `t` counts in lengths of the direction.
 ///
@@ -38,11 +38,13 @@ impl Ray {
     }
 
     /// The ray as queries take it: `t_min` at least 0; `None` when nothing can be hit.
+    #[inline(always)]
     pub(crate) fn sane(&self) -> Option<Self> {
-        let finite = super::is_finite(self.origin) && super::is_finite(self.direction);
+        let (origin, direction) = (Vec3A::from(self.origin), Vec3A::from(self.direction));
+        let finite = origin.is_finite() && direction.is_finite();
         // A negative zero becomes a positive one, whose bits order like its value.
         let t_min = if self.t_min <= 0.0 { 0.0 } else { self.t_min };
-        let forward = self.direction != [0.0; 3];
+        let forward = direction.cmpne(Vec3A::ZERO).any();
         (finite && forward && t_min <= self.t_max).then_some(Self { t_min, t_max: self.t_max + 0.0, ..*self })
     }
 }

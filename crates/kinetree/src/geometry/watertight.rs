@@ -34,10 +34,16 @@ pub struct TriangleHit {
     pub back: bool,
 }
 
+/// The axes that follow each other: x, y, z, x.
+const AFTER: [usize; 3] = [1, 2, 0];
+const BEFORE: [usize; 3] = [2, 0, 1];
+
 impl Sheared {
     /// Of a ray whose direction is zero or not finite, nothing will come of it: it meets no triangle.
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let size = ray.direction.map(f32::abs);
+        let [x, y, z] = ray.direction;
+        let size = [x.abs(), y.abs(), z.abs()];
         let z = if size[0] >= size[1] && size[0] >= size[2] {
             0
         } else if size[1] >= size[2] {
@@ -47,12 +53,12 @@ impl Sheared {
         };
         // The direction is brought to a length around one by a power of two, so that short and long ones lose nothing.
         let exponent = exponent_of(size[z]).clamp(-126, 126);
-        let direction = ray.direction.map(|d| d * power_of_two(-exponent));
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        let t_scale = power_of_two(-exponent);
+        let along = ray.direction[z] * t_scale;
         // Swapping keeps the winding when the ray runs down its axis.
-        let axes = if direction[z] < 0.0 { [y, x, z] } else { [x, y, z] };
-        let shear = [direction[axes[0]] / direction[z], direction[axes[1]] / direction[z], 1.0 / direction[z]];
-        Self { origin: ray.origin, axes, shear, t_scale: power_of_two(-exponent) }
+        let (x, y) = if along < 0.0 { (BEFORE[z], AFTER[z]) } else { (AFTER[z], BEFORE[z]) };
+        let shear = [ray.direction[x] * t_scale / along, ray.direction[y] * t_scale / along, 1.0 / along];
+        Self { origin: ray.origin, axes: [x, y, z], shear, t_scale }
     }
 
     #[inline]
@@ -93,11 +99,13 @@ fn exact_edge(from: [f32; 3], to: [f32; 3]) -> f32 {
     (from[0] * to[1] - from[1] * to[0]) as f32
 }
 
+#[inline(always)]
 fn exponent_of(x: f32) -> i32 {
     (x.to_bits() >> 23 & 0xff) as i32 - 127
 }
 
 /// For exponents from -126 to 127.
+#[inline(always)]
 fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((exponent + 127) as u32) << 23)
 }

@@ -60,7 +60,7 @@ pub(crate) trait Filter: Copy {
 pub(crate) struct NoFilter;
 
 impl Filter for NoFilter {
-    #[inline]
+    #[inline(always)]
     fn accepts(&self, _: &TriangleHit, _: u32, _: u32, _: &InstanceRecord) -> bool {
         true
     }

@@ -20,12 +20,12 @@ impl Closest {
 impl Gather for Closest {
     const ORDERED: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, hit: Hit) -> ControlFlow<()> {
         if self.hit.is_none_or(|best| hit.key() < best.key()) {
             self.t_max = hit.t;

@@ -24,6 +24,7 @@ const NO_INSTANCE: u32 = u32::MAX;
 const BACK_FACE: u32 = 1;
 
 impl Hit {
+    #[inline(always)]
     pub(crate) fn new(hit: &crate::geometry::TriangleHit, primitive: u32, instance: u32) -> Self {
         let flags = if hit.back { BACK_FACE } else { 0 };
         Self { t: hit.t, u: hit.u, v: hit.v, primitive, path: [instance, NO_INSTANCE], flags }
@@ -40,6 +41,7 @@ impl Hit {
     }
 
     /// The order of hits: by distance, then by instance, then by primitive. Of two at the same distance, the smaller wins everywhere.
+    #[inline(always)]
     pub(crate) fn key(&self) -> (f32, u32, u32) {
         (self.t, self.path[0], self.primitive)
     }

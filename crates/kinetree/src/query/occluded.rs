@@ -20,12 +20,12 @@ impl Occluded {
 impl Gather for Occluded {
     const ORDERED: bool = false;
 
-    #[inline]
+    #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, _: Hit) -> ControlFlow<()> {
         self.found = true;
         ControlFlow::Break(())
