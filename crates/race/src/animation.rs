@@ -3,6 +3,7 @@
 use kinetree::{EditError, Scene};
 use kinetree_render::Animation;
 
+use crate::cameras::Panning;
 use crate::cars::Car;
 use crate::crowd::{Jumper, cheer};
 use crate::driving::{Driving, LAP};
@@ -18,6 +19,7 @@ pub(crate) struct Race {
     pub(crate) flags: Vec<Flag>,
     pub(crate) smoke: Smoke,
     pub(crate) jumpers: Vec<Jumper>,
+    pub(crate) panning: Panning,
 }
 
 impl Animation for Race {
@@ -29,6 +31,7 @@ impl Animation for Race {
         self.trees.iter().try_for_each(|tree| tree.go_to(scene, seconds))?;
         self.flags.iter().try_for_each(|flag| flag.go_to(scene, seconds))?;
         self.smoke.go_to(scene, &self.driving, seconds)?;
+        self.panning.go_to(scene, &self.driving, seconds)?;
         cheer(scene, &self.jumpers, seconds)
     }
 

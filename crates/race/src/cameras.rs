@@ -1,13 +1,36 @@
 //! Who watches the race, and from where.
 
 use glam::Vec3;
-use kinetree::NodeId;
+use kinetree::{Affine, EditError, NodeId, Scene};
 use kinetree_render::{Camera, CameraSource};
 
+use crate::driving::Driving;
 use crate::ground::Ground;
 
+/// A camera beside the track that turns with the cars.
+pub(crate) struct Panning {
+    pub(crate) node: NodeId,
+    eye: Vec3,
+    /// What it looks at when the race begins.
+    target: Vec3,
+}
+
+impl Panning {
+    pub(crate) fn new(node: NodeId, ground: &Ground) -> Self {
+        let (x, z) = (152.9, -13.9);
+        Self { node, eye: ground.below(x, z) + Vec3::Y * 1.3, target: Vec3::new(166.0, 2.35, 0.0) }
+    }
+
+    pub(crate) fn go_to(&self, scene: &mut Scene, driving: &Driving, seconds: f64) -> Result<(), EditError> {
+        let place = |car, seconds| Vec3::from(driving.moment(car, seconds).world_from_car.translation);
+        let middle = |seconds| (place(0, seconds) + place(1, seconds)) * 0.5;
+        let target = self.target + middle(seconds) - middle(0.0);
+        scene.place(self.node, Affine::look_at(self.eye.to_array(), target.to_array(), [0.0, 1.0, 0.0]))
+    }
+}
+
 /// The cameras; the first is the default.
-pub(crate) fn cameras(ground: &Ground, cars: [NodeId; 2]) -> Vec<CameraSource> {
+pub(crate) fn cameras(ground: &Ground, cars: [NodeId; 2], panning: &Panning) -> Vec<CameraSource> {
     let fixed = |name: &str, [x, up, z]: [f32; 3], target: [f32; 3], degrees: f32| {
         let eye = ground.below(x, z) + Vec3::Y * up;
         CameraSource {
@@ -22,7 +45,11 @@ pub(crate) fn cameras(ground: &Ground, cars: [NodeId; 2]) -> Vec<CameraSource> {
         camera: Camera::look_at(eye, target, degrees.to_radians()),
     };
     vec![
-        fixed("track", [152.9, 1.3, -13.9], [166.0, 2.35, 0.0], 25.5),
+        CameraSource {
+            name: "track".into(),
+            node: Some(panning.node),
+            camera: Camera { world_from_camera: Affine::IDENTITY, fov_y: 25.5_f32.to_radians() },
+        },
         fixed("aerial", [-40.0, 120.0, 235.0], [25.0, 0.0, 12.0], 48.0),
         riding("chase", cars[0], [0.0, 2.1, -6.8], [0.0, 0.9, 4.0], 55.0),
         riding("front", cars[0], [2.6, 1.3, 5.4], [0.1, 0.6, -0.6], 42.0),

@@ -57,10 +57,11 @@ mod wheel;
 use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
-use kinetree::{EditError, Motion, Scene};
+use kinetree::{Affine, EditError, Motion, Scene};
 use kinetree_render::{Light, LightSource, Look, Sky, World};
 
 use animation::Race;
+use cameras::Panning;
 use driving::Driving;
 use ground::Ground;
 use palette::Palette;
@@ -104,9 +105,10 @@ fn build(seed: u64) -> Result<World, EditError> {
     let smoke = smoke::prepare(&mut stage, seed, &palette)?;
     let cars = cars::build(&mut stage, &palette)?;
 
-    let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node]);
+    let panning = Panning::new(stage.scene.add_node(stage.scene.root(), Affine::IDENTITY)?, &ground);
+    let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node], &panning);
     let lights = vec![LightSource { node: None, light: sun() }];
-    let motion = Box::new(Race { driving, cars, trees, flags, smoke, jumpers });
+    let motion = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
     Ok(World { scene: stage.scene, look: Arc::new(stage.look), lights, cameras, motion })
 }
 
