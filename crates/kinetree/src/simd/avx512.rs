@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
+use super::x86::words_of_avx2;
 use super::{Isa, Kernel, Row};
 
 /// Exists only where the processor has AVX-512VL.
@@ -40,55 +41,7 @@ impl Isa for Avx512 {
     type F4 = __m128;
     type F16 = __m512;
 
-    #[inline(always)]
-    fn splat8(self, x: f32) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm256_set1_ps(x) }
-    }
-
-    #[inline(always)]
-    fn load8(self, x: &[f32; 8]) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL; eight floats are read from an array of eight.
-        unsafe { _mm256_loadu_ps(x.as_ptr()) }
-    }
-
-    #[inline(always)]
-    fn store8(self, x: __m256) -> [f32; 8] {
-        let mut out = [0.0; 8];
-        // SAFETY: `self` proves AVX-512VL; eight floats are written to an array of eight.
-        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
-        out
-    }
-
-    #[inline(always)]
-    fn mul_sub8(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL and FMA.
-        unsafe { _mm256_fmsub_ps(a, b, c) }
-    }
-
-    #[inline(always)]
-    fn max8(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm256_max_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn min8(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm256_min_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn max_bits8(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL. One cycle instead of four.
-        unsafe { _mm256_castsi256_ps(_mm256_max_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
-    }
-
-    #[inline(always)]
-    fn min_bits8(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX-512VL. One cycle instead of four.
-        unsafe { _mm256_castsi256_ps(_mm256_min_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
-    }
+    words_of_avx2!();
 
     /// One or two children, as most steps have, are told apart by branches; more are sorted by `order`, without any.
     ///
@@ -134,50 +87,6 @@ impl Isa for Avx512 {
             _mm512_mask_storeu_epi64(room.as_mut_ptr().add(8 - count).cast(), written, entries);
             (count, _mm_cvtsi128_si32(_mm512_castsi512_si128(entries)) as u32)
         }
-    }
-
-    #[inline(always)]
-    fn splat4(self, x: f32) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_set1_ps(x) }
-    }
-
-    #[inline(always)]
-    fn load4(self, x: &[f32; 4]) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL; four floats are read from an array of four.
-        unsafe { _mm_loadu_ps(x.as_ptr()) }
-    }
-
-    #[inline(always)]
-    fn store4(self, x: __m128) -> [f32; 4] {
-        let mut out = [0.0; 4];
-        // SAFETY: `self` proves AVX-512VL; four floats are written to an array of four.
-        unsafe { _mm_storeu_ps(out.as_mut_ptr(), x) };
-        out
-    }
-
-    #[inline(always)]
-    fn add4(self, a: __m128, b: __m128) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_add_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn sub4(self, a: __m128, b: __m128) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_sub_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn mul4(self, a: __m128, b: __m128) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_mul_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn div4(self, a: __m128, b: __m128) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_div_ps(a, b) }
     }
 
     #[inline(always)]

@@ -69,3 +69,56 @@ pub fn walk<T: Tally>(tree: &Bvh, visitor: &mut impl Visitor<T>, tally: &mut T) 
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{BuildOptions, binned};
+    use crate::geometry::{Ray, SafeRay};
+    use crate::traverse::Work;
+
+    /// Notes the primitives whose leaves are entered.
+    struct Entered<'a> {
+        ray: SafeRay,
+        tree: &'a Bvh,
+        found: Vec<u32>,
+    }
+
+    impl<T: Tally> Visitor<T> for Entered<'_> {
+        fn enter(&mut self, bounds: &Aabb) -> Option<f32> {
+            self.ray.enter(bounds, 50.0)
+        }
+
+        fn limit(&self) -> f32 {
+            50.0
+        }
+
+        fn leaf(&mut self, places: Range<u32>, _: &mut T) -> ControlFlow<()> {
+            self.found.extend(&self.tree.primitives()[places.start as usize..places.end as usize]);
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn the_walk_comes_to_every_box_that_is_entered() {
+        let boxes: Vec<Aabb> = (0..1000)
+            .map(|i| {
+                let at = [(i * 7 % 31) as f32, (i * 13 % 37) as f32, (i * 17 % 41) as f32];
+                Aabb::new(at, at.map(|x| x + 0.8))
+            })
+            .collect();
+        let options = BuildOptions { max_leaf: 1, ..BuildOptions::default() };
+        let tree = binned(boxes.len(), |i| boxes[i as usize], &options);
+        for i in 0..500 {
+            let direction = [(i % 7) as f32 - 3.1, (i % 11) as f32 - 4.9, (i % 13) as f32 - 6.2];
+            let ray = SafeRay::new(&Ray::new([15.0, 18.0, 20.0], direction).sane().unwrap(), &tree.bounds());
+            let mut work = Work::default();
+            let mut visitor = Entered { ray, tree: &tree, found: Vec::new() };
+            walk(&tree, &mut visitor, &mut work);
+            visitor.found.sort_unstable();
+            let expected: Vec<u32> = (0..1000).filter(|&i| ray.enter(&boxes[i as usize], 50.0).is_some()).collect();
+            assert_eq!(visitor.found, expected);
+            assert!(work.nodes < tree.node_count() as u64);
+        }
+    }
+}
