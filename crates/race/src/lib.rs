@@ -1,7 +1,7 @@
 //! The built-in race of kinetree: a moving scene that the program makes from a seed, with no file.
 //!
 //! Two cars race round a banked circuit on a late afternoon; trees bend in the wind, a flag waves, tyres smoke, and
-//! some thousand spectators watch. Every kind of [`Motion`](kinetree::Motion) is there. After
+//! some thousand spectators watch. Every kind of [`Motion`] is there. After
 //! [`duration`](kinetree_render::Animation::duration) seconds it begins again.
 //!
 //! ```

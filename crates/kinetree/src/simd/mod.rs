@@ -1,7 +1,7 @@
 //! The vector vocabulary, and proof that the processor has it.
 //!
-//! Kernels are written once, generic over [`Isa`]. A level such as `Avx2` implements the vocabulary, and only detection can make one, so holding it is
-//! the evidence. A [`Kernel`] is run by [`Level::run`], which compiles it once for each level.
+//! Kernels are written once, generic over `Isa`. A level such as `Avx2` implements the vocabulary, and only detection can make one, so holding it is
+//! the evidence. A `Kernel` is run by `Level::run`, which compiles it once for each level.
 //!
 //! The environment variable `KINETREE_SIMD` (`scalar`, `avx2`, `avx512`) chooses a level that the processor has; the best one is taken otherwise.
 
