@@ -25,6 +25,7 @@
 
 pub mod threads;
 mod clock;
+mod arena;
 
 pub mod geometry;
 pub mod simd;

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::node::LANES;
 use super::{WideLink, WideNode, WideTree};
+use crate::arena::with_room;
 use crate::tree::{Bvh, Target};
 
 /// What nodes and leaves cost, and how large leaves may be.
@@ -36,7 +37,7 @@ pub(crate) fn collapse(binary: &Bvh, costs: &Costs, mut leaf: impl FnMut(Range<u
         return tree;
     }
     let plan = Plan::of(binary, costs);
-    tree.nodes.reserve(binary.node_count() / 6 + 1);
+    tree.nodes = with_room(binary.node_count() / 4 + 1);
     let mut open = vec![(0_u32, u32::MAX)];
     let mut roots = Vec::with_capacity(LANES);
     while let Some((from, parent_lane)) = open.pop() {

@@ -3,6 +3,7 @@
 use super::block::BLOCK;
 use super::collapse::{Costs, collapse};
 use super::{TriangleBlock, WideTree, WideViolation};
+use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
 use crate::tree::Bvh;
 
@@ -25,7 +26,7 @@ impl WideMesh {
     /// # Panics
     /// When the tree is one over more triangles than there are.
     pub fn new(binary: &Bvh, triangles: &Triangles) -> Self {
-        let mut blocks = Vec::with_capacity(binary.primitives().len() / 3 + 1);
+        let mut blocks = with_room(binary.primitives().len() / 2 + 1);
         let mut distinct: Vec<u32> = Vec::new();
         let tree = collapse(binary, &COSTS, |places| {
             let first = blocks.len() as u32;
