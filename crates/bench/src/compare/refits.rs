@@ -1,0 +1,70 @@
+//! Refits: vertices sway, trees follow.
+
+use super::builds::timed;
+use super::field::guarded;
+use super::{Log, Plan};
+use crate::Failure;
+use crate::engine::{Crew, Engine, Refit};
+use crate::measure::clock::{Stopwatch, Whose};
+use crate::measure::rounds::in_turn;
+use crate::report::{Metric, Row};
+use crate::soup::Soup;
+
+/// How far vertices sway, as a part of the scene's size.
+const SWAY: f32 = 1e-4;
+
+/// Times every engine that can refit, with shared vertices and, in full runs, with three for each triangle.
+pub(crate) fn run(
+    case: &str,
+    plan: &Plan,
+    engines: &[&dyn Engine],
+    soup: &Soup,
+    log: &mut Log,
+    rows: &mut Vec<Row>,
+) -> Result<(), Failure> {
+    let unindexed = (!plan.quick).then(|| soup.unindexed());
+    let soups = [(case.to_owned(), Some(soup)), (format!("{case} unindexed"), unindexed.as_ref())];
+    for (name, soup) in soups.into_iter().filter_map(|(name, soup)| Some((name, soup?))) {
+        let crew = Crew::new(1)?;
+        let mut following: Vec<(&dyn Engine, Box<dyn Refit>)> = Vec::new();
+        for engine in engines {
+            match guarded(|| engine.refitter(soup, &crew)) {
+                Ok(Some(refit)) => following.push((*engine, refit)),
+                Ok(None) => {}
+                Err(failure) => log.say(&format!("  {} cannot refit: {failure}", engine.name())),
+            }
+        }
+        let places = [sway(soup, 1.0), sway(soup, -1.0)];
+        let mut turns = vec![0_usize; following.len()];
+        let mut failures = Vec::new();
+        let times = in_turn(following.len(), plan.builds, |at| {
+            let positions = &places[turns[at] % 2];
+            turns[at] += 1;
+            let (engine, refit) = &mut following[at];
+            let watch = Stopwatch::start(Whose::Process);
+            let done = guarded(|| refit.refit(positions));
+            let took = watch.read();
+            if let Err(failure) = done {
+                failures.push(format!("  {} cannot refit: {failure}", engine.name()));
+                return None;
+            }
+            Some(took)
+        });
+        failures.iter().for_each(|failure| log.say(failure));
+        for ((engine, _), times) in following.iter().zip(times) {
+            rows.extend(timed(&name, *engine, Metric::Refit, 1, &times));
+        }
+    }
+    Ok(())
+}
+
+/// Every vertex a little aside, neighbours alike.
+fn sway(soup: &Soup, sign: f32) -> Vec<[f32; 3]> {
+    let bounds = soup.bounds();
+    let size = bounds.extent().into_iter().fold(0.0, f32::max);
+    let moved = |[x, y, z]: [f32; 3]| {
+        let wave = ((x + 2.0 * y + 3.0 * z) / size.max(f32::MIN_POSITIVE) * 7.0).fract();
+        [x + sign * wave * SWAY * size, y, z - sign * wave * SWAY * size]
+    };
+    soup.positions.iter().copied().map(moved).collect()
+}

@@ -1,0 +1,200 @@
+//! Rays: everybody in turn, on one core, then on all.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::field::Entrant;
+use super::{Log, Plan};
+use crate::Failure;
+use crate::case::Case;
+use crate::engine::{Batch, Coherence, Mode};
+use crate::measure::clock::{Stopwatch, Took, Whose};
+use crate::measure::pin::Pinned;
+use crate::measure::rounds::in_turn;
+use crate::ray::{Answer, Ray};
+use crate::rays::{Question, RaySet};
+use crate::report::{Metric, Row};
+
+/// Rays that a thread takes at a time when several work: whole tiles.
+const PIECE: usize = 1024;
+
+/// Times every entrant on every set.
+pub(crate) fn run(
+    case: &Case,
+    plan: &Plan,
+    sets: &[RaySet],
+    field: &[Entrant],
+    log: &mut Log,
+    rows: &mut Vec<Row>,
+) -> Result<(), Failure> {
+    for set in sets {
+        field.iter().for_each(|entrant| count(set, entrant, log));
+        let contenders: Vec<Contender<'_>> = contenders(set, field);
+        let mut threads = vec![1];
+        threads.extend((plan.threads > 1).then_some(plan.threads));
+        for threads in threads {
+            let mut room = Room::of(set.rays.len());
+            let times = in_turn(contenders.len(), plan.rounds, |at| Some(contenders[at].time(set, threads, &mut room)));
+            for (contender, times) in contenders.iter().zip(times) {
+                rows.extend(contender.row(case, set, threads, &times));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Says how much work the rays of a set are, where the engine can tell.
+fn count(set: &RaySet, entrant: &Entrant, log: &mut Log) {
+    let Some(work) = entrant.tree.count(&set.rays, set.kind.question()) else { return };
+    let each = |count: u64| count as f64 / set.rays.len() as f64;
+    let [nodes, leaves, triangles] = [work.nodes, work.leaves, work.triangles].map(each);
+    let (name, kind) = (&entrant.name, set.kind.name());
+    log.say(&format!(
+        "  {name:<22} {kind:<17} per ray: {nodes:.2} nodes, {leaves:.2} leaves, {triangles:.2} triangles"
+    ));
+}
+
+/// An entrant, and how it is given rays.
+struct Contender<'a> {
+    entrant: &'a Entrant,
+    batch: Option<(&'a dyn Batch, Coherence)>,
+}
+
+fn contenders<'a>(set: &RaySet, field: &'a [Entrant]) -> Vec<Contender<'a>> {
+    let mut all: Vec<Contender<'a>> = field.iter().map(|entrant| Contender { entrant, batch: None }).collect();
+    if let Some(coherence) = set.kind.batch() {
+        for entrant in field {
+            let batches = entrant.tree.batches().into_iter().filter(|batch| batch.suits(coherence));
+            all.extend(batches.map(|batch| Contender { entrant, batch: Some((batch, coherence)) }));
+        }
+    }
+    all
+}
+
+/// Where answers go.
+struct Room {
+    answers: Vec<Answer>,
+    seen: Vec<bool>,
+}
+
+impl Room {
+    fn of(rays: usize) -> Self {
+        Self { answers: vec![Answer::MISS; rays], seen: vec![false; rays] }
+    }
+}
+
+impl Contender<'_> {
+    fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
+        match self.batch {
+            None => self.entrant.tree.closest(rays, answers),
+            Some((batch, coherence)) => batch.closest(rays, answers, coherence),
+        }
+    }
+
+    fn occluded(&self, rays: &[Ray], seen: &mut [bool]) {
+        match self.batch {
+            None => self.entrant.tree.occluded(rays, seen),
+            Some((batch, coherence)) => batch.occluded(rays, seen, coherence),
+        }
+    }
+
+    fn time(&self, set: &RaySet, threads: usize, room: &mut Room) -> Took {
+        match (set.kind.question(), threads) {
+            (Question::Closest, 1) => alone(|| self.closest(&set.rays, &mut room.answers)),
+            (Question::Occluded, 1) => alone(|| self.occluded(&set.rays, &mut room.seen)),
+            (Question::Closest, _) => {
+                let job = |rays: &[Ray], answers: &mut [Answer]| self.closest(rays, answers);
+                together(threads, self.piece(set, threads), &set.rays, &mut room.answers, &job)
+            }
+            (Question::Occluded, _) => {
+                let job = |rays: &[Ray], seen: &mut [bool]| self.occluded(rays, seen);
+                together(threads, self.piece(set, threads), &set.rays, &mut room.seen, &job)
+            }
+        }
+    }
+
+    /// How many rays a thread takes at a time: of a batch in an order of the engine's own, its whole share, since the order is what it is about.
+    fn piece(&self, set: &RaySet, threads: usize) -> usize {
+        match self.batch {
+            Some((batch, _)) if batch.mode() == Mode::Batch => set.rays.len().div_ceil(threads).next_multiple_of(64),
+            _ => PIECE,
+        }
+    }
+
+    fn row(&self, case: &Case, set: &RaySet, threads: usize, times: &[Took]) -> Option<Row> {
+        let (suffix, mode) = self.batch.map_or(("", Mode::Single), |(batch, _)| (batch.suffix(), batch.mode()));
+        let row = Row {
+            case: case.name.clone(),
+            engine: format!("{} {suffix}", self.entrant.name).trim_end().to_owned(),
+            metric: Metric::Trace,
+            rays: Some(set.kind),
+            mode: Some(mode),
+            robust: self.entrant.robust,
+            threads,
+            unit: "Mrays/s",
+            median: 0.0,
+            min: 0.0,
+            max: 0.0,
+            wall: 0.0,
+            class: self.entrant.class,
+            times: Vec::new(),
+        };
+        let walls: Vec<f64> = times.iter().map(|took| took.wall).collect();
+        let shown = if threads == 1 { times.iter().map(|took| took.processor).collect() } else { walls.clone() };
+        row.with_times(shown, &walls, |time| set.rays.len() as f64 / time.max(1e-9) / 1e6)
+    }
+}
+
+/// On one core.
+fn alone(job: impl FnOnce()) -> Took {
+    let _here = Pinned::to(0);
+    let watch = Stopwatch::start(Whose::Thread);
+    job();
+    watch.read()
+}
+
+/// On several threads, each on a core of its own; they take pieces as they come.
+fn together<A: Send>(
+    threads: usize,
+    piece: usize,
+    rays: &[Ray],
+    answers: &mut [A],
+    job: &(impl Fn(&[Ray], &mut [A]) + Sync),
+) -> Took {
+    let pieces: Vec<Mutex<(&[Ray], &mut [A])>> =
+        rays.chunks(piece).zip(answers.chunks_mut(piece)).map(Mutex::new).collect();
+    let next = AtomicUsize::new(0);
+    let watch = Stopwatch::start(Whose::Process);
+    std::thread::scope(|scope| {
+        for number in 0..threads {
+            let (pieces, next) = (&pieces, &next);
+            scope.spawn(move || {
+                let _here = Pinned::to(number);
+                while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let mut piece = piece.lock().expect("each piece is taken once");
+                    let (rays, answers) = &mut *piece;
+                    job(rays, answers);
+                }
+            });
+        }
+    });
+    watch.read()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn every_ray_is_answered_once_whatever_the_threads() {
+        let rays: Vec<Ray> = (0..10_000).map(|i| Ray::new(Vec3::splat(i as f32), Vec3::X)).collect();
+        for threads in [1, 2, 5] {
+            let mut answers = vec![0.0; rays.len()];
+            together(threads, 100, &rays, &mut answers, &|rays, answers: &mut [f32]| {
+                rays.iter().zip(answers).for_each(|(ray, answer)| *answer += ray.origin[0] + 1.0);
+            });
+            assert!(answers.iter().zip(0..).all(|(answer, i)| *answer == i as f32 + 1.0));
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Scenes of one triangle mesh: built, traced ray by ray, refitted.
+
+use std::sync::Arc;
+
+use super::api::{
+    Api, Arguments, BufferType, BuildQuality, Format, GeometryType, INVALID, RtcRay, RtcRayHit, SceneFlags,
+};
+use super::denormals::NoDenormals;
+use super::device::Device;
+use super::packets::Packets;
+use crate::Failure;
+use crate::engine::{Batch, Crew, Facts, Prepared, Refit, Tree};
+use crate::ray::{Answer, Ray};
+use crate::soup::Soup;
+
+/// Vertices and triangles that Embree reads where they are. It may read sixteen bytes at the last vertex, so there is one more.
+struct Buffers {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Buffers {
+    fn of(soup: &Soup) -> Self {
+        let mut positions = Vec::with_capacity(soup.positions.len() + 1);
+        positions.extend_from_slice(&soup.positions);
+        positions.push([0.0; 3]);
+        Self { positions, triangles: soup.triangles.clone() }
+    }
+}
+
+/// A scene with one geometry. Fields are dropped in this order: what is read last goes last.
+struct OneMesh {
+    scene: super::api::Handle,
+    geometry: super::api::Handle,
+    device: Device,
+    buffers: Arc<Buffers>,
+}
+
+// SAFETY: Embree's scenes may be built from any thread and, once committed, traced from all.
+unsafe impl Send for OneMesh {}
+// SAFETY: as above; whoever changes one has it mutably.
+unsafe impl Sync for OneMesh {}
+
+impl OneMesh {
+    /// Not yet committed.
+    fn new(
+        device: Device,
+        buffers: Arc<Buffers>,
+        scene_quality: BuildQuality,
+        quality: BuildQuality,
+        flags: SceneFlags,
+    ) -> Result<Self, Failure> {
+        let api = Arc::clone(&device.api);
+        let vertices = buffers.positions.len() - 1;
+        // SAFETY: the device is alive; the buffers have as many items of the given size as is said, and live as long as the geometry, which
+        // is released before them. All indices are below the number of vertices, as the soup's are.
+        let (scene, geometry) = unsafe {
+            let scene = (api.new_scene)(device.handle);
+            (api.set_scene_flags)(scene, flags);
+            (api.set_scene_quality)(scene, scene_quality);
+            let geometry = (api.new_geometry)(device.handle, GeometryType::TRIANGLE);
+            (api.set_geometry_quality)(geometry, quality);
+            let positions = buffers.positions.as_ptr().cast();
+            (api.set_shared_buffer)(geometry, BufferType::VERTEX, 0, Format::FLOAT3, positions, 0, 12, vertices);
+            let triangles = buffers.triangles.as_ptr().cast();
+            (api.set_shared_buffer)(
+                geometry,
+                BufferType::INDEX,
+                0,
+                Format::UINT3,
+                triangles,
+                0,
+                12,
+                buffers.triangles.len(),
+            );
+            (api.commit_geometry)(geometry);
+            (api.attach_geometry)(scene, geometry, 0);
+            (scene, geometry)
+        };
+        let mesh = Self { scene, geometry, device, buffers };
+        mesh.device.check()?;
+        Ok(mesh)
+    }
+
+    fn commit(&self) -> Result<(), Failure> {
+        let _quiet = NoDenormals::begin();
+        // SAFETY: the scene is alive, and nobody else uses it before this returns.
+        unsafe { (self.device.api.commit_scene)(self.scene) };
+        self.device.check()
+    }
+}
+
+impl Drop for OneMesh {
+    fn drop(&mut self) {
+        // SAFETY: both are alive, and nobody uses them any more.
+        unsafe {
+            (self.device.api.release_geometry)(self.geometry);
+            (self.device.api.release_scene)(self.scene);
+        }
+    }
+}
+
+/// Triangles, before there is a tree.
+pub(super) struct Ready {
+    api: Arc<Api>,
+    buffers: Arc<Buffers>,
+    quality: BuildQuality,
+    flags: SceneFlags,
+}
+
+impl Ready {
+    pub(super) fn new(api: &Arc<Api>, soup: &Soup, quality: BuildQuality, flags: SceneFlags) -> Self {
+        Self { api: Arc::clone(api), buffers: Arc::new(Buffers::of(soup)), quality, flags }
+    }
+}
+
+impl Prepared for Ready {
+    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+        let device = Device::new(&self.api, crew.threads)?;
+        let mesh = OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?;
+        mesh.commit()?;
+        let (bytes, peak) = mesh.device.memory.now_and_most();
+        let api = &mesh.device.api;
+        let packets = (Packets::x8(api, mesh.scene), Packets::x16(api, mesh.scene));
+        Ok(Box::new(Traced { packets, mesh, bytes, peak }))
+    }
+}
+
+struct Traced {
+    packets: (Packets<8>, Packets<16>),
+    mesh: OneMesh,
+    bytes: usize,
+    peak: usize,
+}
+
+#[inline]
+fn theirs(ray: &Ray) -> RtcRay {
+    let Ray { origin, t_max, direction } = *ray;
+    RtcRay { origin, t_near: 0.0, direction, time: 0.0, t_far: t_max, mask: u32::MAX, id: 0, flags: 0 }
+}
+
+impl Tree for Traced {
+    fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
+        let _quiet = NoDenormals::begin();
+        let (intersect, scene) = (self.mesh.device.api.intersect1, self.mesh.scene);
+        let no_arguments: *mut Arguments = std::ptr::null_mut();
+        for (ray, slot) in rays.iter().zip(answers) {
+            let mut query = RtcRayHit {
+                ray: theirs(ray),
+                normal: [0.0; 3],
+                u: 0.0,
+                v: 0.0,
+                primitive: INVALID,
+                geometry: INVALID,
+                instances: [INVALID; 5],
+            };
+            // SAFETY: the scene is committed, the ray has the layout and alignment of `RTCRayHit`, and null asks for the default arguments.
+            unsafe { intersect(scene, (&raw mut query).cast(), no_arguments) };
+            let RtcRayHit { u, v, primitive, geometry: mesh, .. } = query;
+            *slot = if mesh == INVALID { Answer::MISS } else { Answer { t: query.ray.t_far, u, v, primitive, mesh } };
+        }
+    }
+
+    fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
+        let _quiet = NoDenormals::begin();
+        let (occluded, scene) = (self.mesh.device.api.occluded1, self.mesh.scene);
+        for (ray, slot) in rays.iter().zip(answers) {
+            let mut query = theirs(ray);
+            // SAFETY: as in `closest`; the ray has the layout and alignment of `RTCRay`.
+            unsafe { occluded(scene, (&raw mut query).cast(), std::ptr::null_mut()) };
+            // What it hits, it marks by a distance of minus infinity.
+            *slot = query.t_far < 0.0;
+        }
+    }
+
+    fn batches(&self) -> Vec<&dyn Batch> {
+        vec![&self.packets.0, &self.packets.1]
+    }
+
+    fn facts(&self) -> Facts {
+        Facts { bytes: Some(self.bytes), peak: Some(self.peak), ..Facts::default() }
+    }
+}
+
+/// A scene whose tree is refitted when vertices move.
+pub(super) struct Following {
+    mesh: OneMesh,
+}
+
+impl Following {
+    pub(super) fn new(api: &Arc<Api>, soup: &Soup, threads: usize) -> Result<Self, Failure> {
+        let device = Device::new(api, threads)?;
+        let buffers = Arc::new(Buffers::of(soup));
+        // Only scenes of low quality keep a tree per mesh, which is what can be refitted.
+        let mesh = OneMesh::new(device, buffers, BuildQuality::LOW, BuildQuality::REFIT, SceneFlags::DYNAMIC)?;
+        mesh.commit()?;
+        Ok(Self { mesh })
+    }
+}
+
+impl Refit for Following {
+    fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure> {
+        let buffers = Arc::get_mut(&mut self.mesh.buffers).ok_or("its buffers are shared")?;
+        let vertices = buffers.positions.len() - 1;
+        if positions.len() != vertices {
+            return Err("there must be as many vertices as before".into());
+        }
+        buffers.positions[..vertices].copy_from_slice(positions);
+        let (api, geometry) = (&self.mesh.device.api, self.mesh.geometry);
+        // SAFETY: the geometry is alive; its buffer stands where it stood, since a vector that keeps its length does not move.
+        unsafe {
+            (api.update_buffer)(geometry, BufferType::VERTEX, 0);
+            (api.commit_geometry)(geometry);
+        }
+        self.mesh.commit()
+    }
+}

@@ -1,0 +1,220 @@
+//! kinetree: a flattened scene is one mesh and one instance where it stands.
+
+use kinetree::build::Quality;
+use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Scene, Snapshot, Work};
+
+use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
+use crate::Failure;
+use crate::ray::{Answer, Ray};
+use crate::rays::Question;
+use crate::soup::Soup;
+
+/// Every setting that is compared.
+pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
+    vec![
+        Box::new(Kinetree { name: "kinetree fastest", class: Class::Fastest, quality: Quality::Fastest }),
+        Box::new(Kinetree { name: "kinetree fast", class: Class::Fast, quality: Quality::Fast }),
+        Box::new(Kinetree { name: "kinetree best", class: Class::Best, quality: Quality::Best }),
+    ]
+}
+
+/// One setting. Another one is another line above.
+struct Kinetree {
+    name: &'static str,
+    class: Class,
+    quality: Quality,
+}
+
+impl Engine for Kinetree {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn class(&self) -> Class {
+        self.class
+    }
+
+    fn is_robust(&self) -> bool {
+        true
+    }
+
+    fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
+        let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality);
+        Ok(Box::new(Ready { mesh, scene: None }))
+    }
+
+    fn refitter(&self, soup: &Soup, crew: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
+        if self.quality != Quality::Fast {
+            return Ok(None);
+        }
+        let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality);
+        let mut following = crew.run(|| -> Result<_, Failure> {
+            let (mut scene, mesh) = scene_of(mesh, Motion::Deforming)?;
+            let frame = scene.commit();
+            Ok(Following { scene, mesh, frame })
+        })?;
+        // Both buffers exist before the clock starts.
+        following.scene.set_positions(following.mesh, &soup.positions)?;
+        following.frame = following.scene.commit();
+        Ok(Some(Box::new(following)))
+    }
+}
+
+/// A scene with nothing but the mesh.
+fn scene_of(mesh: Mesh, motion: Motion) -> Result<(Scene, MeshId), Failure> {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(mesh, motion)?;
+    let root = scene.root();
+    scene.add_instance(root, mesh, Affine::IDENTITY)?;
+    Ok((scene, mesh))
+}
+
+struct Ready {
+    mesh: Mesh,
+    scene: Option<Scene>,
+}
+
+impl Prepared for Ready {
+    fn renew(&mut self) -> Result<(), Failure> {
+        self.scene = Some(scene_of(self.mesh.clone(), Motion::Static)?.0);
+        Ok(())
+    }
+
+    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+        if self.scene.is_none() {
+            self.renew()?;
+        }
+        let mut scene = self.scene.take().expect("it has just been renewed");
+        Ok(Box::new(Traced { view: crew.run(|| scene.commit()) }))
+    }
+}
+
+struct Traced {
+    view: Snapshot,
+}
+
+#[inline]
+fn theirs(ray: &Ray) -> kinetree::Ray {
+    kinetree::Ray::new(ray.origin, ray.direction).with_range(0.0, ray.t_max)
+}
+
+#[inline]
+fn answer(hit: Option<Hit>) -> Answer {
+    hit.map_or(Answer::MISS, |hit| Answer {
+        t: hit.t,
+        u: hit.u,
+        v: hit.v,
+        primitive: hit.primitive,
+        mesh: hit.instance_index(),
+    })
+}
+
+impl Tree for Traced {
+    fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
+        for (ray, slot) in rays.iter().zip(answers) {
+            *slot = answer(self.view.closest_hit(&theirs(ray)));
+        }
+    }
+
+    fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
+        for (ray, slot) in rays.iter().zip(answers) {
+            *slot = self.view.occluded(&theirs(ray));
+        }
+    }
+
+    fn batches(&self) -> Vec<&dyn Batch> {
+        vec![self]
+    }
+
+    fn facts(&self) -> Facts {
+        let trees = || self.view.instances().map(|instance| instance.bvh());
+        Facts {
+            bytes: Some(trees().map(|tree| tree.memory()).sum()),
+            peak: None,
+            cost: trees().map(|tree| tree.cost(1.0, 1.0)).next(),
+            overlap: trees().map(|tree| tree.overlap()).next(),
+        }
+    }
+
+    fn count(&self, rays: &[Ray], question: Question) -> Option<Work> {
+        let mut work = Work::default();
+        let query = self.view.query();
+        for ray in rays {
+            match question {
+                Question::Closest => drop(query.closest_hit_counted(&theirs(ray), &mut work)),
+                Question::Occluded => drop(query.occluded_counted(&theirs(ray), &mut work)),
+            }
+        }
+        Some(work)
+    }
+}
+
+impl Batch for Traced {
+    fn suffix(&self) -> &'static str {
+        ""
+    }
+
+    fn mode(&self) -> Mode {
+        Mode::Batch
+    }
+
+    fn suits(&self, _: Coherence) -> bool {
+        true
+    }
+
+    fn closest(&self, rays: &[Ray], answers: &mut [Answer], coherence: Coherence) {
+        let rays: Vec<kinetree::Ray> = rays.iter().map(theirs).collect();
+        let mut hits = vec![None; rays.len()];
+        self.view.closest_hits(&rays, &mut hits, coherence);
+        answers.iter_mut().zip(hits).for_each(|(slot, hit)| *slot = answer(hit));
+    }
+
+    fn occluded(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
+        let rays: Vec<kinetree::Ray> = rays.iter().map(theirs).collect();
+        self.view.occluded_each(&rays, answers, coherence);
+    }
+}
+
+struct Following {
+    scene: Scene,
+    mesh: MeshId,
+    /// Held, as a renderer would: the next frame goes into the other buffer.
+    frame: Snapshot,
+}
+
+impl Refit for Following {
+    fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure> {
+        self.scene.set_positions(self.mesh, positions)?;
+        self.frame = self.scene.commit();
+        match self.frame.report().count(Action::Refitted) {
+            1 => Ok(()),
+            _ => Err("it was built anew, not refitted".into()),
+        }
+    }
+}
+
+/// The answers that all others are held against: a tree of ours, and its slow twin that looks at every triangle.
+pub(crate) struct Reference(Traced);
+
+impl Reference {
+    /// Builds the tree.
+    ///
+    /// # Errors
+    /// Triangles that are no mesh.
+    pub(crate) fn of(soup: &Soup) -> Result<Self, Failure> {
+        let (mut scene, _) = scene_of(Mesh::new(&soup.positions, &soup.triangles)?, Motion::Static)?;
+        Ok(Self(Traced { view: scene.commit() }))
+    }
+
+    /// The nearest hits, with the tree.
+    pub(crate) fn closest(&self, rays: &[Ray]) -> Vec<Answer> {
+        let mut answers = vec![Answer::MISS; rays.len()];
+        Tree::closest(&self.0, rays, &mut answers);
+        answers
+    }
+
+    /// The nearest hit, by looking at every triangle.
+    pub(crate) fn closest_by_looking(&self, ray: &Ray) -> Answer {
+        answer(self.0.view.query().by_looking().closest_hit(&theirs(ray)))
+    }
+}

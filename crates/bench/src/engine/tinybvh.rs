@@ -1,0 +1,230 @@
+//! tinybvh, by Jacco Bikker, through the crate `tinybvh-rs`: its eight-wide tree for processors with AVX2, from both of its builders.
+//!
+//! The crate builds the trees. The two calls that trace them are declared here, because the crate offers the one only to programs that are
+//! compiled for AVX2 as a whole, the other not at all, and because its ray is shorter than the one that the C++ side writes to
+//! (so its constructor must not be called).
+
+use std::ffi::c_void;
+
+use tinybvh_rs::{bvh, bvh8_cpu, mbvh};
+
+use super::{Class, Crew, Engine, Facts, Prepared, Refit, Tree};
+use crate::Failure;
+use crate::measure::memory;
+use crate::ray::{Answer, Ray};
+use crate::soup::Soup;
+
+/// Every setting that is compared.
+///
+/// # Errors
+/// The processor has no AVX2.
+pub(crate) fn variants() -> Result<Vec<Box<dyn Engine>>, Failure> {
+    if !(std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma")) {
+        return Err("its kernel needs AVX2 and FMA".into());
+    }
+    Ok(vec![
+        Box::new(TinyBvh { name: "tinybvh", class: Class::Fast, best: false }),
+        Box::new(TinyBvh { name: "tinybvh hq", class: Class::Best, best: true }),
+    ])
+}
+
+struct TinyBvh {
+    name: &'static str,
+    class: Class,
+    /// With spatial splits.
+    best: bool,
+}
+
+impl Engine for TinyBvh {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn class(&self) -> Class {
+        self.class
+    }
+
+    fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
+        Ok(Box::new(Ready { corners: corners(soup.triangles.as_slice(), &soup.positions), best: self.best }))
+    }
+
+    fn refitter(&self, soup: &Soup, _: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
+        if self.best {
+            // Trees with spatial splits cannot be refitted.
+            return Ok(None);
+        }
+        let corners = corners(soup.triangles.as_slice(), &soup.positions);
+        let tree = bvh::BVH::new(corners.as_slice().into()).map_err(failure)?.data();
+        Ok(Some(Box::new(Following { triangles: soup.triangles.clone(), corners, tree: Some(tree) })))
+    }
+}
+
+/// Three vertices of four floats for each triangle, as it wants them.
+fn corners(triangles: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    let vertices = triangles.iter().flatten().map(|&vertex| positions[vertex as usize]);
+    vertices.map(|[x, y, z]| [x, y, z, 0.0]).collect()
+}
+
+fn failure(error: tinybvh_rs::Error) -> Failure {
+    error.to_string().into()
+}
+
+struct Ready {
+    corners: Vec<[f32; 4]>,
+    best: bool,
+}
+
+impl Prepared for Ready {
+    fn build(&mut self, _: &Crew) -> Result<Box<dyn Tree>, Failure> {
+        let before = memory::of_c();
+        let corners = self.corners.as_slice().into();
+        let mut binary = if self.best { bvh::BVH::new_hq(corners) } else { bvh::BVH::new(corners) }.map_err(failure)?;
+        binary.split_leaves(4);
+        let (cost, overlap) = judge(binary.nodes());
+        let tree = {
+            let wide = mbvh::BVH::new(&binary);
+            bvh8_cpu::BVH::new(&wide).map_err(failure)?
+        };
+        drop(binary);
+        let bytes = memory::of_c().zip(before).map(|(now, before)| now.saturating_sub(before));
+        Ok(Box::new(Traced { tree, bytes, cost, overlap }))
+    }
+}
+
+/// Cost and overlap of its binary tree, by the formulas of kinetree.
+fn judge(nodes: &[bvh::Node]) -> (f32, f32) {
+    let area = |min: [f32; 3], max: [f32; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|axis| f64::from(max[axis] - min[axis]));
+        if x < 0.0 || y < 0.0 || z < 0.0 { 0.0 } else { x * y + y * z + z * x }
+    };
+    let Some(root) = nodes.first().map(|root| area(root.min, root.max)).filter(|area| *area > 0.0) else {
+        return (0.0, 0.0);
+    };
+    let (mut cost, mut overlap, mut open) = (0.0, 0.0, vec![0_usize]);
+    while let Some(at) = open.pop() {
+        let node = &nodes[at];
+        cost += area(node.min, node.max) * if node.is_leaf() { f64::from(node.tri_count) } else { 1.0 };
+        if !node.is_leaf() {
+            let first = node.left_first as usize;
+            let (left, right) = (&nodes[first], &nodes[first + 1]);
+            let low = [0, 1, 2].map(|axis| left.min[axis].max(right.min[axis]));
+            let high = [0, 1, 2].map(|axis| left.max[axis].min(right.max[axis]));
+            overlap += area(low, high);
+            open.extend([first, first + 1]);
+        }
+    }
+    ((cost / root) as f32, (overlap / root) as f32)
+}
+
+struct Traced {
+    tree: bvh8_cpu::BVH,
+    bytes: Option<usize>,
+    cost: f32,
+    overlap: f32,
+}
+
+// SAFETY: a finished tree is only read: the calls below take it by a pointer to const, and it has no caches.
+unsafe impl Send for Traced {}
+// SAFETY: as above.
+unsafe impl Sync for Traced {}
+
+/// The ray as the C++ side has it: 64 bytes that matter, and 64 of the caller's own data.
+#[repr(C, align(64))]
+struct TheirRay {
+    origin: [f32; 3],
+    mask: u32,
+    direction: [f32; 3],
+    instance: u32,
+    reciprocal: [f32; 3],
+    hit_instance: u32,
+    t: f32,
+    u: f32,
+    v: f32,
+    primitive: u32,
+    auxiliary: [u64; 8],
+}
+
+const _: () = assert!(size_of::<TheirRay>() == 128);
+const _: () = assert!(size_of::<bvh8_cpu::BVH>() == size_of::<*const c_void>());
+
+/// What it takes for infinity.
+const FAR: f32 = tinybvh_rs::INFINITE;
+
+unsafe extern "C" {
+    /// `int32_t tinybvh::BVH8_CPU::Intersect(Ray&) const`
+    #[link_name = "_ZNK7tinybvh8BVH8_CPU9IntersectERNS_3RayE"]
+    fn intersect(tree: *const c_void, ray: *mut TheirRay) -> i32;
+    /// `bool tinybvh::BVH8_CPU::IsOccluded(const Ray&) const`
+    #[link_name = "_ZNK7tinybvh8BVH8_CPU10IsOccludedERKNS_3RayE"]
+    fn is_occluded(tree: *const c_void, ray: *const TheirRay) -> bool;
+}
+
+#[inline]
+fn theirs(ray: &Ray) -> TheirRay {
+    let reciprocal = ray.direction.map(|d| if d.abs() > 1e-12 { 1.0 / d } else { FAR.copysign(d) });
+    TheirRay {
+        origin: ray.origin,
+        mask: 0xffff,
+        direction: ray.direction,
+        instance: 0,
+        reciprocal,
+        hit_instance: 0,
+        t: ray.t_max.min(FAR),
+        u: 0.0,
+        v: 0.0,
+        primitive: Answer::NOTHING,
+        auxiliary: [0; 8],
+    }
+}
+
+impl Traced {
+    fn pointer(&self) -> *const c_void {
+        // SAFETY: the crate's type is nothing but a unique pointer, which is nothing but a pointer; its size is asserted above. It is
+        // read, and the tree keeps it.
+        unsafe { *std::ptr::from_ref(&self.tree).cast::<*const c_void>() }
+    }
+}
+
+impl Tree for Traced {
+    fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
+        let tree = self.pointer();
+        for (ray, slot) in rays.iter().zip(answers) {
+            let mut query = theirs(ray);
+            // SAFETY: the tree is alive and finished, the ray has the layout of the C++ side, and AVX2 was found before there was an engine.
+            unsafe { intersect(tree, &mut query) };
+            let TheirRay { t, u, v, primitive, hit_instance: mesh, .. } = query;
+            *slot = if primitive == Answer::NOTHING { Answer::MISS } else { Answer { t, u, v, primitive, mesh } };
+        }
+    }
+
+    fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
+        let tree = self.pointer();
+        for (ray, slot) in rays.iter().zip(answers) {
+            // SAFETY: as in `closest`; the ray is only read.
+            *slot = unsafe { is_occluded(tree, &theirs(ray)) };
+        }
+    }
+
+    fn facts(&self) -> Facts {
+        Facts { bytes: self.bytes, peak: None, cost: Some(self.cost), overlap: Some(self.overlap) }
+    }
+}
+
+/// Its binary tree: the wide one cannot be refitted.
+struct Following {
+    triangles: Vec<[u32; 3]>,
+    corners: Vec<[f32; 4]>,
+    tree: Option<bvh::BVHData>,
+}
+
+impl Refit for Following {
+    fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure> {
+        let vertices = self.triangles.iter().flatten().map(|&vertex| positions[vertex as usize]);
+        self.corners.iter_mut().zip(vertices).for_each(|(corner, [x, y, z])| *corner = [x, y, z, 0.0]);
+        let tree = self.tree.take().ok_or("an earlier refit failed")?;
+        let mut tree = tree.bvh(self.corners.as_slice().into()).map_err(failure)?;
+        tree.refit();
+        self.tree = Some(tree.data());
+        Ok(())
+    }
+}

@@ -1,0 +1,56 @@
+//! Where and when it was measured.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The processor's name as its maker writes it, or what kind it is.
+pub(crate) fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find(|line| line.starts_with("model name"));
+    let name = line.and_then(|line| line.split_once(':')).map(|(_, name)| name.trim().to_owned());
+    name.unwrap_or_else(|| format!("{} processor", std::env::consts::ARCH))
+}
+
+/// How many threads can work at a time.
+pub(crate) fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The machine's name as part of a path: its processor and how many threads it has.
+pub(crate) fn folder_name() -> String {
+    let name: String = format!("{} x{}", processor(), threads())
+        .to_lowercase()
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || c == '.' { c } else { ' ' })
+        .collect();
+    name.split_whitespace().filter(|word| !["r", "tm", "cpu"].contains(word)).collect::<Vec<_>>().join("-")
+}
+
+/// Today in the calendar of Gregory, at Greenwich, such as `2026-01-31`.
+pub(crate) fn date() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+    date_of(seconds / 86_400)
+}
+
+/// Of a number of days since the first of January 1970 (Hinnant 2013, "chrono-Compatible Low-Level Date Algorithms").
+fn date_of(days: u64) -> String {
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    format!("{:04}-{month:02}-{day:02}", year + era * 400 + next)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        for (days, date) in [(0, "1970-01-01"), (59, "1970-03-01"), (11_016, "2000-02-29"), (20_454, "2026-01-01")] {
+            assert_eq!(date_of(days), date);
+        }
+    }
+}

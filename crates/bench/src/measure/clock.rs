@@ -1,0 +1,78 @@
+//! Wall time, and the time that a processor has worked.
+
+use std::time::{Duration, Instant};
+
+/// Two clocks at a moment.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stopwatch {
+    wall: Instant,
+    processor: Duration,
+    whose: Whose,
+}
+
+/// Whose work counts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Whose {
+    /// The calling thread's.
+    Thread,
+    /// That of all threads of the process: for jobs that run on threads of their own.
+    Process,
+}
+
+/// How long something took.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Took {
+    /// Seconds on the wall.
+    pub(crate) wall: f64,
+    /// Seconds of processors; where there is no such clock, as on the wall.
+    pub(crate) processor: f64,
+}
+
+impl Stopwatch {
+    /// Starts.
+    pub(crate) fn start(whose: Whose) -> Self {
+        Self { wall: Instant::now(), processor: worked(whose).unwrap_or_default(), whose }
+    }
+
+    /// What has passed.
+    pub(crate) fn read(&self) -> Took {
+        let processor = worked(self.whose).map(|now| now.saturating_sub(self.processor).as_secs_f64());
+        let wall = self.wall.elapsed().as_secs_f64();
+        Took { wall, processor: processor.unwrap_or(wall) }
+    }
+}
+
+#[cfg(unix)]
+fn worked(whose: Whose) -> Option<Duration> {
+    let clock = match whose {
+        Whose::Thread => libc::CLOCK_THREAD_CPUTIME_ID,
+        Whose::Process => libc::CLOCK_PROCESS_CPUTIME_ID,
+    };
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `time` is a live place of the type that is written.
+    let failed = unsafe { libc::clock_gettime(clock, &mut time) } != 0;
+    (!failed).then(|| Duration::new(time.tv_sec as u64, time.tv_nsec as u32))
+}
+
+#[cfg(not(unix))]
+fn worked(_: Whose) -> Option<Duration> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_is_counted_and_sleep_is_not() {
+        let watch = Stopwatch::start(Whose::Thread);
+        std::thread::sleep(Duration::from_millis(30));
+        let slept = watch.read();
+        assert!(slept.wall >= 0.03);
+        assert!(cfg!(not(unix)) || slept.processor < 0.02, "{slept:?}");
+        let mut x = 1_u64;
+        while watch.read().processor - slept.processor < 0.002 {
+            x = std::hint::black_box(x.wrapping_mul(3));
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Bytes that a build holds: counted by the allocator of this program, and by the C library's for engines in C++.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering::Relaxed};
+
+/// The system's allocator, counted while somebody wants to know.
+pub(crate) struct Counting;
+
+static COUNTED: AtomicBool = AtomicBool::new(false);
+static NOW: AtomicIsize = AtomicIsize::new(0);
+static MOST: AtomicIsize = AtomicIsize::new(0);
+/// Only one count at a time.
+static WINDOW: Mutex<()> = Mutex::new(());
+
+fn add(bytes: isize) {
+    if COUNTED.load(Relaxed) {
+        let now = NOW.fetch_add(bytes, Relaxed) + bytes;
+        MOST.fetch_max(now, Relaxed);
+    }
+}
+
+// SAFETY: every call goes to the system's allocator as it came; counting touches no memory but three atomics.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        add(layout.size() as isize);
+        // SAFETY: the caller's promises are those of the system's allocator.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        add(layout.size() as isize);
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        add(-(layout.size() as isize));
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        add(size as isize - layout.size() as isize);
+        // SAFETY: as above.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+/// What a job holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Held {
+    /// Bytes more than before, when it is done.
+    pub(crate) after: usize,
+    /// The most bytes more than before at a time.
+    pub(crate) peak: usize,
+}
+
+/// Runs a job and counts what all threads allocate meanwhile.
+pub(crate) fn count<R>(job: impl FnOnce() -> R) -> (R, Held) {
+    let _one_at_a_time = WINDOW.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    NOW.store(0, Relaxed);
+    MOST.store(0, Relaxed);
+    COUNTED.store(true, Relaxed);
+    let result = job();
+    COUNTED.store(false, Relaxed);
+    let bytes = |count: &AtomicIsize| count.load(Relaxed).max(0) as usize;
+    (result, Held { after: bytes(&NOW), peak: bytes(&MOST) })
+}
+
+/// Bytes that the C library has given out, where it can tell.
+#[cfg_attr(not(feature = "tinybvh"), allow(dead_code))]
+pub(crate) fn of_c() -> Option<usize> {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        // SAFETY: the call has no arguments and reads the C library's own counts.
+        let counts = unsafe { libc::mallinfo2() };
+        Some(counts.uordblks + counts.hblkhd)
+    }
+    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_held_and_what_was_held_are_told_apart() {
+        // Capacities alone: nobody touches the bytes. Other tests allocate meanwhile, but not nearly as much.
+        let (kept, held) = count(|| {
+            drop(Vec::<u8>::with_capacity(400_000_000));
+            Vec::<u8>::with_capacity(100_000_000)
+        });
+        assert!(kept.capacity() >= 100_000_000);
+        assert!((50_000_000..150_000_000).contains(&held.after), "{held:?}");
+        assert!((350_000_000..450_000_000).contains(&held.peak), "{held:?}");
+    }
+}

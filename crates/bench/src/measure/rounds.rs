@@ -1,0 +1,99 @@
+//! Everybody in turn, round by round, so that a machine that slows down slows all of them.
+
+use super::clock::Took;
+
+/// How many rounds there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Rounds {
+    /// Of those who are not far behind.
+    pub(crate) full: usize,
+    /// Of those who are: a few rounds are enough to know that.
+    pub(crate) behind: usize,
+    /// One more round comes before the others and does not count.
+    pub(crate) warm_up: bool,
+}
+
+/// Who takes so many times as long as the fastest is far behind.
+const FAR_BEHIND: f64 = 6.0;
+
+/// Runs `count` contenders round by round; each round begins with another one. The first round tells who is far behind; where one round of
+/// those is enough, it counts for them, warm-up or not. `run` gives `None` when the contender has failed, and is not asked again. The times
+/// of each contender, round by round.
+pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -> Option<Took>) -> Vec<Vec<Took>> {
+    let first: Vec<Option<Took>> = (0..count).map(&mut run).collect();
+    let fastest = first.iter().flatten().map(|took| took.wall).fold(f64::INFINITY, f64::min);
+    let mut times = vec![Vec::new(); count];
+    let mut turns = vec![0; count];
+    for (contender, took) in first.into_iter().enumerate() {
+        let Some(took) = took else { continue };
+        let wanted = if took.wall <= fastest * FAR_BEHIND { rounds.full } else { rounds.behind };
+        let counts = !rounds.warm_up || wanted <= 1 && took.wall > fastest * FAR_BEHIND;
+        if counts {
+            times[contender].push(took);
+        }
+        turns[contender] = wanted.saturating_sub(usize::from(counts));
+    }
+    let mut failed = vec![false; count];
+    for round in 0..rounds.full.max(rounds.behind) {
+        for turn in 0..count {
+            let contender = (turn + round) % count;
+            if round >= turns[contender] || failed[contender] {
+                continue;
+            }
+            match run(contender) {
+                Some(took) => times[contender].push(took),
+                None => failed[contender] = true,
+            }
+        }
+    }
+    times
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_take_turns_and_who_is_far_behind_takes_fewer() {
+        let mut order = Vec::new();
+        let times = in_turn(3, Rounds { full: 4, behind: 2, warm_up: true }, |contender| {
+            order.push(contender);
+            let wall = if contender == 1 { 10.0 } else { 1.0 };
+            Some(Took { wall, processor: wall })
+        });
+        assert_eq!(times.iter().map(Vec::len).collect::<Vec<_>>(), [4, 2, 4]);
+        assert_eq!(order, [0, 1, 2, 0, 1, 2, 1, 2, 0, 2, 0, 0, 2]);
+    }
+
+    #[test]
+    fn one_slow_round_is_enough_where_one_is_asked_for() {
+        let mut asked = [0; 2];
+        let times = in_turn(2, Rounds { full: 3, behind: 1, warm_up: true }, |contender| {
+            asked[contender] += 1;
+            let wall = [1.0, 100.0][contender];
+            Some(Took { wall, processor: wall })
+        });
+        assert_eq!((asked, times[0].len(), times[1].len()), ([4, 1], 3, 1));
+    }
+
+    #[test]
+    fn without_a_warm_up_every_run_counts() {
+        let mut asked = 0;
+        let times = in_turn(1, Rounds { full: 3, behind: 3, warm_up: false }, |_| {
+            asked += 1;
+            Some(Took { wall: 1.0, processor: 1.0 })
+        });
+        assert_eq!((asked, times[0].len()), (3, 3));
+    }
+
+    #[test]
+    fn who_fails_is_not_asked_again() {
+        let mut asked = 0;
+        let times = in_turn(1, Rounds { full: 5, behind: 5, warm_up: true }, |_| {
+            asked += 1;
+            None
+        });
+        assert!(times[0].is_empty());
+        assert_eq!(asked, 1);
+    }
+}

@@ -1,0 +1,174 @@
+//! Sets of rays: made once per scene, the same for every engine.
+
+mod bounce;
+mod first;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::engine::Coherence;
+use crate::ray::{Answer, Ray};
+use crate::scene::Scenery;
+
+/// What a set of rays is like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Kind {
+    /// From a pinhole camera, in tiles of 8x8 pixels.
+    Primary,
+    /// From where those hit, by the cosine, in the order of the pixels.
+    Diffuse,
+    /// The same, in random order.
+    DiffuseShuffled,
+    /// The fourth bounce, in the order of the pixels.
+    Bounce4,
+    /// From where primary rays hit, every way, no farther than a fiftieth of the scene.
+    ShadowShort,
+    /// From where primary rays hit, to one light near the camera.
+    Shadow,
+    /// From outside the scene, along the axes.
+    Axis,
+}
+
+/// What is asked about a set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Question {
+    /// The nearest hit.
+    Closest,
+    /// Whether there is any.
+    Occluded,
+}
+
+impl Kind {
+    /// All, in the order of the tables.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Primary,
+        Self::Diffuse,
+        Self::DiffuseShuffled,
+        Self::Bounce4,
+        Self::Shadow,
+        Self::ShadowShort,
+        Self::Axis,
+    ];
+
+    /// As written in case files and results.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Primary => "primary",
+            Self::Diffuse => "diffuse",
+            Self::DiffuseShuffled => "diffuse_shuffled",
+            Self::Bounce4 => "bounce4",
+            Self::Shadow => "shadow",
+            Self::ShadowShort => "shadow_short",
+            Self::Axis => "axis",
+        }
+    }
+
+    /// What is asked about it.
+    pub(crate) fn question(self) -> Question {
+        match self {
+            Self::Shadow | Self::ShadowShort => Question::Occluded,
+            _ => Question::Closest,
+        }
+    }
+
+    /// What a batch call may be told; `None` where batches are not measured.
+    pub(crate) fn batch(self) -> Option<Coherence> {
+        match self {
+            Self::Primary | Self::Shadow => Some(Coherence::Coherent),
+            Self::DiffuseShuffled => Some(Coherence::Incoherent),
+            _ => None,
+        }
+    }
+}
+
+/// A set of rays.
+pub(crate) struct RaySet {
+    /// What they are like.
+    pub(crate) kind: Kind,
+    /// The rays, in the order in which they are traced.
+    pub(crate) rays: Vec<Ray>,
+}
+
+/// Makes the sets that are asked for, of about `count` rays each. `trace` finds where rays end; a set whose rays would have to start
+/// somewhere that nothing was hit is left out.
+pub(crate) fn sets(
+    scenery: &Scenery,
+    kinds: &[Kind],
+    count: usize,
+    seed: u64,
+    trace: &dyn Fn(&[Ray]) -> Vec<Answer>,
+) -> Vec<RaySet> {
+    let primary = first::primary(&scenery.eye, count);
+    let ends = bounce::Ends::of(&scenery.soup, &primary, &trace(&primary));
+    let diffuse = ends.diffuse(count, seed, 0);
+    let make = |kind: Kind| match kind {
+        Kind::Primary => primary.clone(),
+        Kind::Diffuse => diffuse.clone(),
+        Kind::DiffuseShuffled => {
+            let mut rays = diffuse.clone();
+            crate::chance::Chance::new(seed, 0x5aff).shuffle(&mut rays);
+            rays
+        }
+        Kind::Bounce4 => (1..4).fold(diffuse.clone(), |rays, bounce| {
+            bounce::Ends::of(&scenery.soup, &rays, &trace(&rays)).diffuse(count, seed, bounce)
+        }),
+        Kind::Shadow => ends.to_light(bounce::light(&scenery.eye, &ends), count),
+        Kind::ShadowShort => ends.short(Vec3::from(scenery.soup.bounds().extent()).length() * 0.02, count, seed),
+        Kind::Axis => first::axis_parallel(&scenery.soup, count, seed),
+    };
+    kinds.iter().map(|&kind| RaySet { kind, rays: make(kind) }).filter(|set| !set.rays.is_empty()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::ours;
+    use crate::scene::SceneChoice;
+
+    fn all() -> Vec<RaySet> {
+        let scenery = SceneChoice::Terrain { seed: 1, triangles: 4000 }.open().unwrap();
+        let reference = ours::Reference::of(&scenery.soup).unwrap();
+        sets(&scenery, &Kind::ALL, 1000, 7, &|rays| reference.closest(rays))
+    }
+
+    #[test]
+    fn ray_sets_are_the_same_every_time() {
+        let (one, other) = (all(), all());
+        assert_eq!(one.len(), Kind::ALL.len());
+        for (a, b) in one.iter().zip(&other) {
+            assert_eq!(a.kind, b.kind);
+            assert_eq!(a.rays, b.rays, "{}", a.kind.name());
+        }
+    }
+
+    #[test]
+    fn every_ray_can_be_traced_and_every_set_is_full() {
+        for set in all() {
+            assert!((900..=1100).contains(&set.rays.len()), "{}: {}", set.kind.name(), set.rays.len());
+            for ray in &set.rays {
+                let direction = Vec3::from(ray.direction);
+                assert!(direction.is_normalized() && Vec3::from(ray.origin).is_finite() && ray.t_max > 0.0);
+                let axes = ray.direction.iter().filter(|d| **d != 0.0).count();
+                assert!(set.kind != Kind::Axis || axes == 1);
+            }
+        }
+    }
+
+    #[test]
+    fn shuffling_keeps_the_rays() {
+        let sets = all();
+        let sorted = |kind: Kind| {
+            let set = sets.iter().find(|set| set.kind == kind).unwrap();
+            let mut keys: Vec<[u32; 6]> = set
+                .rays
+                .iter()
+                .map(|ray| [ray.origin, ray.direction].concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>())
+                .map(|key| key.try_into().unwrap())
+                .collect();
+            keys.sort_unstable();
+            keys
+        };
+        assert_eq!(sorted(Kind::Diffuse), sorted(Kind::DiffuseShuffled));
+    }
+}

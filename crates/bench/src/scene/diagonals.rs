@@ -1,0 +1,28 @@
+//! Long thin triangles at random angles in a box: the worst that a tree of boxes can be given without malice.
+
+use glam::Vec3;
+
+use crate::chance::Chance;
+use crate::soup::Soup;
+
+/// Half the length of a triangle; the box they start in has sides of length two.
+const REACH: f32 = 0.5;
+/// Half its width.
+const WIDTH: f32 = 5e-4;
+
+/// So many of them.
+pub(crate) fn diagonals(seed: u64, count: usize) -> Soup {
+    let mut chance = Chance::new(seed, 1);
+    let mut positions = Vec::with_capacity(3 * count);
+    for _ in 0..count {
+        let middle = Vec3::new(chance.between(-1.0, 1.0), chance.between(-1.0, 1.0), chance.between(-1.0, 1.0));
+        let along = chance.direction();
+        let across = along.cross(chance.direction()).normalize_or(along.any_orthonormal_vector());
+        let ends = [middle - along * REACH, middle + along * REACH];
+        positions.extend([ends[0] - across * WIDTH, ends[0] + across * WIDTH, ends[1]]);
+    }
+    let triangles: Vec<[u32; 3]> = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let mut soup = Soup::default();
+    soup.add(positions, &triangles);
+    soup
+}

@@ -1,0 +1,23 @@
+//! Spheres of many sizes in each other's way: boxes that overlap wherever one looks.
+
+use glam::Vec3;
+
+use super::shapes::sphere;
+use crate::chance::Chance;
+use crate::soup::Soup;
+
+/// How often the edges of a sphere's octahedron are divided.
+const CUTS: usize = 16;
+
+/// About so many triangles.
+pub(crate) fn pile(seed: u64, triangles: usize) -> Soup {
+    let mut chance = Chance::new(seed, 2);
+    let mut soup = Soup::default();
+    let (ball, faces) = sphere(CUTS);
+    for _ in 0..triangles.div_ceil(faces.len()) {
+        let radius = 0.05 + 0.25 * chance.unit() * chance.unit();
+        let middle = Vec3::new(chance.between(-1.0, 1.0), chance.between(-0.5, 0.5), chance.between(-1.0, 1.0));
+        soup.add(ball.iter().map(|p| middle + *p * radius), &faces);
+    }
+    soup
+}
