@@ -106,7 +106,7 @@ pub enum EditError {
         /// Of the pose.
         found: usize,
     },
-    /// A node of a group was used where one of the world was meant, or the other way round.
+    /// A group was to be instanced, which is not possible yet.
     #[error("instances of groups are not supported yet; instance the group's meshes one by one")]
     GroupsNotYet,
     /// More than 2^27 instances or 2^32 - 1 handles.

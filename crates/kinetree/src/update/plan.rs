@@ -6,8 +6,7 @@ use super::Motion;
 
 /// A refitted tree whose rays have become dearer than this, as a ratio to the build, is rebuilt.
 ///
-/// Swaying trees and walking characters stay below 1.3; a mesh that turns inside out passes 1.5 within a few frames. A rebuild costs about as much
-/// as ten refits, so going much lower would rebuild what sways back by itself.
+/// A choice, not a measurement: well above what swaying brings and takes away again, so that such meshes are not rebuilt for nothing.
 const REBUILD_ABOVE: f32 = 1.5;
 
 /// What happened to a mesh since the last commit.

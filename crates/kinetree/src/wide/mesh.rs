@@ -7,7 +7,7 @@ use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
 use crate::tree::Bvh;
 
-/// Of a node and of a block, in the same units. From times of single steps.
+/// Of a node and of a block, in the same units: a step over eight boxes is taken to cost as much as a test of four triangles.
 const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, max_units: 4 };
 
 /// An eight-way tree whose leaves hold blocks of four triangles.
