@@ -1,4 +1,41 @@
-//! Memory for trees: large pages where the system has them, so that a step from node to node seldom waits for an address.
+//! Memory for trees and for walks through them: large pages where the system has them, so that a step from node to node seldom waits for an address; and a stack
+//! that costs nothing until it is used.
+
+use std::mem::MaybeUninit;
+
+/// A stack with room for `N`. Making one costs nothing: to zero it would be a call, and longer than the walk of many a ray.
+pub(crate) struct Stack<T, const N: usize> {
+    /// Everything from `top` on has been written.
+    room: [MaybeUninit<T>; N],
+    top: usize,
+}
+
+impl<T: Copy, const N: usize> Stack<T, N> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self { room: [const { MaybeUninit::uninit() }; N], top: N }
+    }
+
+    /// # Panics
+    /// When the stack is full.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, value: T) {
+        let top = self.top.wrapping_sub(1);
+        self.room[top] = MaybeUninit::new(value);
+        self.top = top;
+    }
+
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> Option<T> {
+        let top = self.top;
+        if top >= N {
+            return None;
+        }
+        self.top = top + 1;
+        // SAFETY: everything from `top` on has been written.
+        Some(unsafe { self.room[top].assume_init() })
+    }
+}
 
 /// Room for `count` values, in large pages if it is large.
 pub(crate) fn with_room<T>(count: usize) -> Vec<T> {
@@ -26,6 +63,26 @@ fn prefer_large_pages<T>(_: &Vec<T>) {}
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_pushed_last_is_popped_first() {
+        let mut stack = Stack::<u32, 3>::new();
+        assert_eq!(stack.pop(), None);
+        for value in [1, 2, 3] {
+            stack.push(value);
+        }
+        assert_eq!([stack.pop(), stack.pop()], [Some(3), Some(2)]);
+        stack.push(4);
+        assert_eq!([stack.pop(), stack.pop(), stack.pop()], [Some(4), Some(1), None]);
+    }
+
+    #[test]
+    #[should_panic]
+    fn a_full_stack_takes_no_more() {
+        let mut stack = Stack::<u32, 1>::new();
+        stack.push(1);
+        stack.push(2);
+    }
 
     #[test]
     fn room_is_room_whatever_its_size() {

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::UNIT_ROUNDOFF;
 
 /// An axis-aligned box, closed on all sides. The empty box is inside out.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Aabb {
     /// Least corner, metres.
@@ -52,6 +52,13 @@ impl Aabb {
     #[inline]
     pub fn extended(&self, point: [f32; 3]) -> Self {
         self.union(&Self { min: point, max: point })
+    }
+
+    /// Its six numbers, in two fours that overlap.
+    #[inline(always)]
+    pub(crate) fn quads(&self) -> [&[f32; 4]; 2] {
+        let all: &[f32; 6] = bytemuck::cast_ref(self);
+        [all.first_chunk().expect("six numbers"), all.last_chunk().expect("six numbers")]
     }
 
     /// What both have in common; may be empty.

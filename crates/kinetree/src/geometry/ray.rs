@@ -32,9 +32,27 @@ impl Ray {
         Self { t_min, t_max, ..self }
     }
 
+    /// The origin with `t_min`, and the direction with `t_max`.
+    #[inline(always)]
+    pub(crate) fn quads(&self) -> &[[f32; 4]; 2] {
+        bytemuck::cast_ref(self)
+    }
+
+    /// The way back from [`Ray::quads`].
+    #[inline(always)]
+    pub(crate) fn of_quads(quads: [[f32; 4]; 2]) -> Self {
+        bytemuck::cast(quads)
+    }
+
     /// The point that is `t` lengths of the direction along.
     pub fn at(&self, t: f32) -> [f32; 3] {
         (Vec3::from(self.origin) + Vec3::from(self.direction) * t).into()
+    }
+
+    /// Whether its bounds are as [`Ray::sane`] leaves them.
+    #[inline(always)]
+    pub(crate) fn is_bounded(&self) -> bool {
+        (self.t_min.to_bits() | self.t_max.to_bits()) >> 31 == 0 && self.t_min <= self.t_max
     }
 
     /// The ray as queries take it: `t_min` at least 0; `None` when nothing can be hit.

@@ -14,11 +14,29 @@ use glam::Vec3A;
 
 use super::{Aabb, Ray, UNIT_ROUNDOFF};
 
-/// Roundings by which distances along an axis lean outwards. The vertices' error in the triangle test is below 5 of them.
-pub(crate) const SLACK: f32 = 16.0;
+/// By how much box tests lean outwards.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lean {
+    /// Roundings of distances along an axis.
+    pub(crate) slack: f32,
+    /// Share of the largest coordinate of a ray's origin by which the ray strays.
+    pub(crate) stray: f32,
+}
 
-/// Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement is skewed.
-pub(crate) const SLACK_OVER_INSTANCES: f32 = 64.0;
+impl Lean {
+    /// Over boxes of triangles. The vertices' error in the triangle test is below 5 roundings.
+    pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0 };
+
+    /// Over world boxes of instances. Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement
+    /// is skewed; and taking the origin to an instance mixes its coordinates, so roundings of the largest one count on every axis.
+    pub(crate) const INSTANCES: Self = Self { slack: 64.0, stray: 16.0 * UNIT_ROUNDOFF };
+
+    /// A ray that runs flatter than this to the planes of an axis counts as parallel to them; leaning in proportion would lead nowhere.
+    #[inline(always)]
+    pub(crate) const fn parallel(self) -> f32 {
+        1.0 / (4.0 * self.slack * UNIT_ROUNDOFF)
+    }
+}
 
 /// Direction components are at least this fraction of the largest one, with their sign kept.
 pub(crate) const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
@@ -43,31 +61,16 @@ pub(crate) struct Planes {
 }
 
 impl SafeRay {
-    /// For boxes of triangles, all within `bounds`. The ray is as [`Ray::sane`] made it.
-    #[inline(always)]
-    pub(crate) fn new(ray: &Ray, bounds: &Aabb) -> Self {
-        Self::with_slack(ray, bounds, SLACK, 0.0)
-    }
-
-    /// For world boxes of instances, all within `bounds`. The ray is as [`Ray::sane`] made it.
-    ///
-    /// Taking the origin to an instance mixes its coordinates, so roundings of the largest one count on every axis.
-    #[inline(always)]
-    pub(crate) fn over_instances(ray: &Ray, bounds: &Aabb) -> Self {
-        let farthest = Vec3A::from(ray.origin).abs().max_element();
-        Self::with_slack(ray, bounds, SLACK_OVER_INSTANCES, SLACK * UNIT_ROUNDOFF * farthest)
-    }
-
-    #[inline(always)]
-    fn with_slack(ray: &Ray, bounds: &Aabb, slack: f32, stray: f32) -> Self {
+    /// For boxes all within `bounds`. The ray is as [`Ray::sane`] made it.
+    pub(crate) fn new(ray: &Ray, bounds: &Aabb, lean: Lean) -> Self {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let (slack, stray) = (lean.slack, lean.stray * origin.abs().max_element());
         let largest = direction.abs().max_element();
         let step = direction.abs().max(Vec3A::splat(LEAST_SLOPE * largest)).copysign(direction);
         let reciprocal = step.recip();
         // How much flatter the ray runs to an axis' planes than straight ahead.
         let flatness = reciprocal.abs() * largest;
-        // A ray that runs flatter than this counts as parallel to the planes; leaning in proportion would lead nowhere.
-        let parallel = 1.0 / (4.0 * slack * UNIT_ROUNDOFF);
+        let parallel = lean.parallel();
         let (mut lean, mut stray_by) = (flatness, Vec3A::splat(stray));
         if flatness.max_element() > parallel {
             let is_parallel = flatness.cmpgt(Vec3A::splat(parallel));
@@ -167,7 +170,7 @@ mod tests {
     use super::*;
 
     fn enters(ray: &Ray, bounds: Aabb) -> Option<f32> {
-        SafeRay::new(&ray.sane().unwrap(), &bounds).enter(&bounds, ray.t_max)
+        SafeRay::new(&ray.sane().unwrap(), &bounds, Lean::TRIANGLES).enter(&bounds, ray.t_max)
     }
 
     #[test]
@@ -204,7 +207,7 @@ mod tests {
     fn an_empty_box_is_never_entered() {
         for direction in [[1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [-1.0, 1e-30, 0.0]] {
             let ray = Ray::new([0.0; 3], direction);
-            let safe = SafeRay::new(&ray, &Aabb::new([-1.0; 3], [1.0; 3]));
+            let safe = SafeRay::new(&ray, &Aabb::new([-1.0; 3], [1.0; 3]), Lean::TRIANGLES);
             assert_eq!(safe.enter(&Aabb::EMPTY, f32::INFINITY), None);
         }
     }

@@ -13,7 +13,7 @@ use super::{Ray, Triangle};
 /// A ray that has become an axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Sheared {
-    pub(crate) origin: [f32; 3],
+    origin: [f32; 3],
     /// The axes in the order x, y, z of the sheared space; z is the largest of the direction.
     pub(crate) axes: [usize; 3],
     pub(crate) shear: [f32; 3],
@@ -34,30 +34,27 @@ pub struct TriangleHit {
     pub back: bool,
 }
 
-/// The axes that follow each other: x, y, z, x.
-const AFTER: [usize; 3] = [1, 2, 0];
-const BEFORE: [usize; 3] = [2, 0, 1];
+/// Which axes come before the largest one of a direction in sheared space, when the direction runs up and when it runs down that axis: swapping them keeps the
+/// winding.
+const OTHERS: [[[usize; 2]; 2]; 4] = [[[1, 2], [2, 1]], [[2, 0], [0, 2]], [[0, 1], [1, 0]], [[0, 1], [1, 0]]];
 
 impl Sheared {
     /// Of a ray whose direction is zero or not finite, nothing will come of it: it meets no triangle.
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let [x, y, z] = ray.direction;
-        let size = [x.abs(), y.abs(), z.abs()];
-        let z = if size[0] >= size[1] && size[0] >= size[2] {
-            0
-        } else if size[1] >= size[2] {
-            1
-        } else {
-            2
-        };
+        let direction = &ray.quads()[1];
+        // Sizes order like their bits.
+        let size = ray.direction.map(|step| step.to_bits() & 0x7fff_ffff);
+        let (largest, after_x) = (size[1].max(size[2]), 1 + usize::from(size[1] < size[2]));
+        let z = if size[0] < largest { after_x } else { 0 };
+        let largest = largest.max(size[0]);
+        let down = usize::from(direction[z & 3].is_sign_negative());
+        let [x, y] = OTHERS[z & 3][down];
         // The direction is brought to a length around one by a power of two, so that short and long ones lose nothing.
-        let exponent = exponent_of(size[z]).clamp(-126, 126);
+        let exponent = ((largest >> 23) as i32 - 127).clamp(-126, 126);
         let t_scale = power_of_two(-exponent);
-        let along = ray.direction[z] * t_scale;
-        // Swapping keeps the winding when the ray runs down its axis.
-        let (x, y) = if along < 0.0 { (BEFORE[z], AFTER[z]) } else { (AFTER[z], BEFORE[z]) };
-        let shear = [ray.direction[x] * t_scale / along, ray.direction[y] * t_scale / along, 1.0 / along];
+        let along = direction[z & 3] * t_scale;
+        let shear = [direction[x & 3] * t_scale / along, direction[y & 3] * t_scale / along, 1.0 / along];
         Self { origin: ray.origin, axes: [x, y, z], shear, t_scale }
     }
 
@@ -97,11 +94,6 @@ impl Sheared {
 fn exact_edge(from: [f32; 3], to: [f32; 3]) -> f32 {
     let [from, to] = [from, to].map(|point| point.map(f64::from));
     (from[0] * to[1] - from[1] * to[0]) as f32
-}
-
-#[inline(always)]
-fn exponent_of(x: f32) -> i32 {
-    (x.to_bits() >> 23 & 0xff) as i32 - 127
 }
 
 /// For exponents from -126 to 127.

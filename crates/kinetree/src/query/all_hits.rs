@@ -28,8 +28,6 @@ impl AllHits {
 }
 
 impl Gather for AllHits {
-    const ORDERED: bool = false;
-
     #[inline]
     fn t_max(&self) -> f32 {
         self.t_max

@@ -3,16 +3,14 @@
 use std::ops::ControlFlow;
 
 use super::{Cull, Filter, Hit};
-use crate::geometry::{Ray, SafeRay, Sheared, TriangleHit};
+use crate::geometry::slab::Lean;
+use crate::geometry::{Aabb, Ray, SafeRay, Sheared, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
-use crate::traverse::{Carefully, Posed, RayLanes, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide};
+use crate::traverse::{Carefully, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide};
 use crate::wide::{InstanceRecord, WideLink};
 
 /// What a question does with hits.
 pub(crate) trait Gather {
-    /// Whether it helps to look at nearer triangles first.
-    const ORDERED: bool;
-
     /// Hits beyond this do not matter (any more).
     fn t_max(&self) -> f32;
 
@@ -28,7 +26,7 @@ pub(crate) struct Rules<F> {
     pub(crate) filter: F,
 }
 
-/// Brings the hits of a sane ray to `gather`, each at least once, in no particular order.
+/// Brings the hits of a ray whose bounds are sane to `gather`, each at least once, in no particular order.
 #[inline]
 pub(crate) fn ask<F: Filter, G: Gather, T: Tally>(
     world: &TwoLevel,
@@ -59,12 +57,25 @@ impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
             let _ = visitor.leaf(isa, WideLink::units(0..1), self.tally);
             return;
         }
-        let safe = SafeRay::over_instances(self.ray, &self.world.top.bounds());
-        if safe.needs_care() {
-            return carefully(visitor, &safe, self.tally);
-        }
-        walk_wide(isa, self.world.top.tree(), RayLanes::new(isa, &safe), &mut visitor, self.tally);
+        let tree = self.world.top.tree();
+        let quads = RayQuads::new(isa, self.ray);
+        let lanes = match RayLanes::new(isa, &quads, tree.around(), Lean::INSTANCES) {
+            Some(lanes) => lanes,
+            None => match safe(self.ray, tree.around(), Lean::INSTANCES) {
+                Some(safe) if safe.needs_care() => return carefully(visitor, &safe, self.tally),
+                Some(safe) => RayLanes::of(isa, &quads, &safe),
+                None => return,
+            },
+        };
+        walk_wide(isa, tree, lanes, &mut visitor, self.tally);
     }
+}
+
+/// The long way to a ray that is ready for boxes; `None` when nothing can be hit.
+#[cold]
+#[inline(never)]
+fn safe(ray: &Ray, bounds: &Aabb, lean: Lean) -> Option<SafeRay> {
+    Some(SafeRay::new(&ray.sane()?, bounds, lean))
 }
 
 #[cold]
@@ -81,8 +92,6 @@ struct InWorld<'a, F, G> {
 }
 
 impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F, G> {
-    const ORDERED: bool = G::ORDERED;
-
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.gather.t_max()
@@ -92,16 +101,34 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
         let units = link.index()..link.index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
-            let Some(ray) = RayInMesh::enter(self.world, self.ray, instance, self.rules) else { continue };
-            tally.instance();
-            let safe = SafeRay::new(&ray.local, &ray.mesh.bvh.bounds());
-            if safe.needs_care() {
-                ray.carefully(&safe, self.gather, tally)?;
+            let record = &self.world.instances[instance as usize];
+            if record.mask & self.rules.mask == 0 {
                 continue;
             }
-            let lanes = ShearedLanes::new(isa, &ray.sheared, ray.local.t_min);
-            let mut visitor = InMesh { ray: &ray, lanes, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
-            walk_wide(isa, ray.mesh.bvh.tree(), RayLanes::new(isa, &safe), &mut visitor, tally);
+            tally.instance();
+            let quads = if record.identity {
+                RayQuads::new(isa, self.ray)
+            } else {
+                RayQuads::moved(isa, self.ray, &record.object_from_world)
+            };
+            let mesh = &*self.world.meshes[record.mesh as usize];
+            let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
+            let tree = mesh.bvh.tree();
+            let lanes = match RayLanes::new(isa, &quads, tree.around(), Lean::TRIANGLES) {
+                Some(lanes) => lanes,
+                None => match safe(&ray.local, tree.around(), Lean::TRIANGLES) {
+                    Some(safe) if safe.needs_care() => {
+                        ray.carefully(&safe, self.gather, tally)?;
+                        continue;
+                    }
+                    Some(safe) => RayLanes::of(isa, &quads, &safe),
+                    None => continue,
+                },
+            };
+            let sheared = ShearedLanes::new(isa, &ray.local);
+            let mut visitor =
+                InMesh { ray: &ray, lanes: sheared, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
+            walk_wide(isa, tree, lanes, &mut visitor, tally);
             visitor.done?;
         }
         ControlFlow::Continue(())
@@ -116,8 +143,6 @@ struct InMesh<'a, I: Isa, F, G> {
 }
 
 impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InMesh<'_, I, F, G> {
-    const ORDERED: bool = G::ORDERED;
-
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.gather.t_max()
@@ -128,7 +153,7 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InMesh<'_, I,
         for unit in link.index()..link.index() + link.unit_count() {
             let block = self.ray.mesh.bvh.block(unit);
             tally.block(block.count);
-            let hits = self.lanes.hits(isa, block, self.ray.local.t_min, self.gather.t_max());
+            let hits = self.lanes.hits(isa, block, self.gather.t_max());
             let mut mask = hits.mask;
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize & 3;
@@ -148,7 +173,6 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InMesh<'_, I,
 /// A ray in the space of one instance, ready for triangles.
 pub(crate) struct RayInMesh<'a, F> {
     local: Ray,
-    sheared: Sheared,
     mesh: &'a Posed,
     instance: u32,
     record: &'a InstanceRecord,
@@ -157,25 +181,27 @@ pub(crate) struct RayInMesh<'a, F> {
 
 impl<'a, F: Filter> RayInMesh<'a, F> {
     /// `None` when the ray cannot hit anything there.
-    #[inline(always)]
     pub(crate) fn enter(world: &'a TwoLevel, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
         let record = &world.instances[instance as usize];
         if record.mask & rules.mask == 0 {
             return None;
         }
-        let local = record.enter(ray)?;
         let mesh = &*world.meshes[record.mesh as usize];
-        Some(Self { local, sheared: Sheared::new(&local), mesh, instance, record, rules })
+        Some(Self { local: record.enter(ray)?, mesh, instance, record, rules })
     }
 
     pub(crate) fn mesh(&self) -> &'a Posed {
         self.mesh
     }
 
+    pub(crate) fn sheared(&self) -> Sheared {
+        Sheared::new(&self.local)
+    }
+
     /// The hit of one triangle, if it counts.
     #[inline]
-    pub(crate) fn hit(&self, primitive: u32, t_max: f32) -> Option<Hit> {
-        let hit = self.sheared.hit(&self.mesh.triangles.get(primitive), self.local.t_min, t_max)?;
+    pub(crate) fn hit(&self, sheared: &Sheared, primitive: u32, t_max: f32) -> Option<Hit> {
+        let hit = sheared.hit(&self.mesh.triangles.get(primitive), self.local.t_min, t_max)?;
         self.counts(&hit, primitive).then(|| Hit::new(&hit, primitive, self.instance))
     }
 
@@ -187,7 +213,7 @@ impl<'a, F: Filter> RayInMesh<'a, F> {
     #[cold]
     #[inline(never)]
     fn carefully<G: Gather, T: Tally>(&self, safe: &SafeRay, gather: &mut G, tally: &mut T) -> ControlFlow<()> {
-        let lanes = ShearedLanes::new(Scalar, &self.sheared, self.local.t_min);
+        let lanes = ShearedLanes::new(Scalar, &self.local);
         let mut visitor = InMesh { ray: self, lanes, gather, done: ControlFlow::Continue(()) };
         walk_wide(Scalar, self.mesh.bvh.tree(), Carefully(safe), &mut visitor, tally);
         visitor.done

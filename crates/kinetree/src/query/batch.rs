@@ -1,6 +1,7 @@
 //! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
 
 use super::{Coherence, Hit, Query, sort};
+use crate::geometry::slab::Lean;
 use crate::geometry::{Ray, Sheared, TriangleHit};
 use crate::simd::{Isa, Kernel};
 use crate::traverse::{
@@ -213,7 +214,7 @@ impl<G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, G, W> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u64 {
         let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
-        let planes = PacketPlanes::over_instances(isa, &rays, &self.world.top.bounds());
+        let planes = PacketPlanes::new(isa, &rays, &self.world.top.bounds(), Lean::INSTANCES);
         let mut visitor =
             InWorld { world: self.world, rays: &rays, gather: (self.within)(t_max), alone: planes.careful & set };
         for set in octants(set & !planes.careful, rays.negative) {
@@ -251,7 +252,7 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InWorld<'_, G> {
             }
             let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
             let mesh = &*self.world.meshes[record.mesh as usize];
-            let planes = PacketPlanes::new(isa, &rays, &mesh.bvh.bounds());
+            let planes = PacketPlanes::new(isa, &rays, &mesh.bvh.bounds(), Lean::TRIANGLES);
             self.alone |= planes.careful & set & sane;
             let sheared = ShearedPacket::new(isa, &rays);
             let mut visitor = InMesh { rays: &rays, sheared: &sheared, mesh, instance, gather: &mut self.gather };

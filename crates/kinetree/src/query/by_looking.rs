@@ -9,8 +9,9 @@ use crate::traverse::TwoLevel;
 pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, gather: &mut impl Gather) {
     for instance in 0..world.instances.len() as u32 {
         let Some(ray) = RayInMesh::enter(world, ray, instance, rules) else { continue };
+        let sheared = ray.sheared();
         for primitive in 0..ray.mesh().triangles.len() as u32 {
-            let Some(hit) = ray.hit(primitive, gather.t_max()) else { continue };
+            let Some(hit) = ray.hit(&sheared, primitive, gather.t_max()) else { continue };
             if gather.take(hit).is_break() {
                 return;
             }

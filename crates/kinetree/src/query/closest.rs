@@ -18,8 +18,6 @@ impl Closest {
 }
 
 impl Gather for Closest {
-    const ORDERED: bool = true;
-
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max

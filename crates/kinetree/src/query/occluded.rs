@@ -18,8 +18,6 @@ impl Occluded {
 }
 
 impl Gather for Occluded {
-    const ORDERED: bool = false;
-
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max

@@ -104,11 +104,17 @@ impl<'a> Query<'a> {
 
     /// The one place where the two kinds of filter part.
     fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T, within: impl FnOnce(f32) -> G) -> Option<G> {
-        let ray = ray.sane()?;
+        let sane;
+        let ray = if ray.is_bounded() {
+            ray
+        } else {
+            sane = ray.sane()?;
+            &sane
+        };
         let mut gather = within(ray.t_max);
         match self.filter {
-            None => ask(self.world, &ray, self.rules(NoFilter), &mut gather, tally),
-            Some(filter) => ask(self.world, &ray, self.rules(AskFilter(filter)), &mut gather, tally),
+            None => ask(self.world, ray, self.rules(NoFilter), &mut gather, tally),
+            Some(filter) => ask(self.world, ray, self.rules(AskFilter(filter)), &mut gather, tally),
         }
         Some(gather)
     }

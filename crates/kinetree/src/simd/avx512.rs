@@ -1,7 +1,6 @@
 //! The same eight lanes with mask registers and twice as many registers: AVX-512VL.
 
 use std::arch::x86_64::*;
-use std::mem::MaybeUninit;
 
 use super::x86::words_of_avx2;
 use super::{Isa, Kernel, Row};
@@ -42,52 +41,6 @@ impl Isa for Avx512 {
     type F16 = __m512;
 
     words_of_avx2!();
-
-    /// One or two children, as most steps have, are told apart by branches; more are sorted by `order`, without any.
-    ///
-    /// The branchless part after Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Units".
-    #[inline(always)]
-    fn choose(
-        self,
-        entry: __m256,
-        exit: __m256,
-        in_use: u8,
-        links: &[u32; 8],
-        order: u32,
-        room: &mut [MaybeUninit<u64>; 8],
-    ) -> (usize, u32) {
-        let hit = self.le8(entry, exit) & in_use;
-        let rest = hit & hit.wrapping_sub(1);
-        let first = hit.trailing_zeros() as usize & 7;
-        if rest == 0 {
-            return (usize::from(hit != 0), links[first]);
-        }
-        if rest & rest.wrapping_sub(1) == 0 {
-            let distances = self.store8(entry);
-            let second = rest.trailing_zeros() as usize & 7;
-            let one = u64::from(distances[first].to_bits()) << 32 | u64::from(links[first]);
-            let other = u64::from(distances[second].to_bits()) << 32 | u64::from(links[second]);
-            room[7].write(one.max(other));
-            return (2, one.min(other) as u32);
-        }
-        // SAFETY: `self` proves AVX-512VL. Eight links are read from an array of eight; of the eight entries, the first `count` are written to the last `count`
-        // places of eight.
-        unsafe {
-            let shifts = _mm256_setr_epi32(21, 18, 15, 12, 9, 6, 3, 0);
-            // Permutations read the lowest three bits only. From near to far here, so that the nearest comes out lowest.
-            let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
-            let entry = _mm256_permutexvar_ps(lanes, entry);
-            let links = _mm256_permutexvar_epi32(lanes, _mm256_loadu_si256(links.as_ptr().cast()));
-            let hit = _mm256_movepi32_mask(_mm256_permutexvar_epi32(lanes, _mm256_movm_epi32(hit)));
-            let count = hit.count_ones() as usize;
-            let distances = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_castps_si256(entry)));
-            let entries = _mm512_or_si512(distances, _mm512_cvtepu32_epi64(links));
-            let entries = _mm512_maskz_compress_epi64(hit, entries);
-            let written = ((1_u32 << count) - 1) as u8;
-            _mm512_mask_storeu_epi64(room.as_mut_ptr().add(8 - count).cast(), written, entries);
-            (count, _mm_cvtsi128_si32(_mm512_castsi512_si128(entries)) as u32)
-        }
-    }
 
     #[inline(always)]
     fn le8(self, a: __m256, b: __m256) -> u8 {

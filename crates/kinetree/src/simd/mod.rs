@@ -14,7 +14,6 @@ mod scalar;
 mod x86;
 
 use std::fmt;
-use std::mem::MaybeUninit;
 use std::sync::OnceLock;
 
 #[cfg(target_arch = "x86_64")]
@@ -50,82 +49,32 @@ pub(crate) trait Isa: Copy {
     fn sub4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn mul4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn div4(self, a: Self::F4, b: Self::F4) -> Self::F4;
+    /// `a * b - c`. Rounded once or twice: only for what may lean.
+    fn mul_sub4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
+    fn max4(self, a: Self::F4, b: Self::F4) -> Self::F4;
+    fn abs4(self, x: Self::F4) -> Self::F4;
+    /// The largest of the first three lanes by size, in all lanes; what is no number is larger than all.
+    fn largest_of_three(self, x: Self::F4) -> Self::F4;
+    /// The sign of each lane, one bit each.
+    fn signs4(self, x: Self::F4) -> u8;
+    /// With another last lane.
+    fn with_last4(self, x: Self::F4, last: f32) -> Self::F4;
+    /// One lane of four, in eight lanes.
+    fn spread8<const LANE: i32>(self, x: Self::F4) -> Self::F8;
+    /// Of three numbers per lane: the lanes where none is above and none below zero while another is on the other side; and those where one is zero. A lane with a
+    /// zero may or may not be among the first.
+    fn sides4(self, x: Self::F4, y: Self::F4, z: Self::F4) -> (u8, u8);
     fn le4(self, a: Self::F4, b: Self::F4) -> u8;
     fn eq4(self, a: Self::F4, b: Self::F4) -> u8;
 
-    /// The larger one, compared by bits: right unless both are negative, when either may come out. Never of what is not a number.
-    #[inline(always)]
-    fn max_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8 {
-        self.max8(a, b)
-    }
+    /// The larger one, compared by bits as signed whole numbers: right for floats unless both are negative.
+    fn max_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
 
-    /// The smaller one, compared by bits: right unless both are negative, when either may come out. Never of what is not a number.
-    #[inline(always)]
-    fn min_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8 {
-        self.min8(a, b)
-    }
+    /// The smaller one, compared by bits as signed whole numbers: right for floats unless both are negative.
+    fn min_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
 
-    /// The lanes in `in_use` with `entry <= exit`, as stack entries in the last places of `room`, nearer ones first. Says how many there are, and gives the link of
-    /// the first one.
-    ///
-    /// A stack entry has the link in its lower half and the bits of the entry distance in its upper half. `order` (lanes from far to near, three bits each, the
-    /// farthest lowest) is a guess at what comes nearer; a level may sort by it or by the distances.
-    #[inline(always)]
-    fn choose(
-        self,
-        entry: Self::F8,
-        exit: Self::F8,
-        in_use: u8,
-        links: &[u32; 8],
-        _order: u32,
-        room: &mut [MaybeUninit<u64>; 8],
-    ) -> (usize, u32) {
-        let mut left = self.le8(entry, exit) & in_use;
-        if left & left.wrapping_sub(1) == 0 {
-            return (usize::from(left != 0), links[left.trailing_zeros() as usize & 7]);
-        }
-        let distances = self.store8(entry);
-        // Insertion; there are two or three as a rule.
-        let mut sorted = [u64::MAX; 8];
-        let mut count = 0;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 7;
-            left &= left - 1;
-            let new = u64::from(distances[lane].to_bits()) << 32 | u64::from(links[lane]);
-            let mut at = count;
-            while at > 0 && sorted[(at - 1) & 7] > new {
-                sorted[at & 7] = sorted[(at - 1) & 7];
-                at -= 1;
-            }
-            sorted[at & 7] = new;
-            count += 1;
-        }
-        for at in 1..count {
-            room[(8 - count + at) & 7].write(sorted[at & 7]);
-        }
-        (count, sorted[0] as u32)
-    }
-
-    /// Puts `(distance, link)` of the lanes in `mask` on a stack, the nearest one last, and says how many there are.
-    #[inline(always)]
-    fn push_sorted(self, distances: Self::F8, links: &[u32; 8], mask: u8, stack: &mut [u64; 8]) -> usize {
-        let distances = self.store8(distances);
-        let mut left = mask;
-        let mut count = 0;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 7;
-            left &= left - 1;
-            let entry = u64::from(distances[lane].to_bits()) << 32 | u64::from(links[lane]);
-            let mut at = count;
-            while at > 0 && stack[(at - 1) & 7] < entry {
-                stack[at & 7] = stack[(at - 1) & 7];
-                at -= 1;
-            }
-            stack[at & 7] = entry;
-            count += 1;
-        }
-        count
-    }
+    /// The lanes where the first comes before the second, one bit each. Compared by bits: the first is not negative, and neither is a number that is none.
+    fn before8(self, a: Self::F8, b: Self::F8) -> u32;
 
     fn splat16(self, x: f32) -> Self::F16;
     fn load16(self, x: &Row) -> Self::F16;
@@ -245,6 +194,15 @@ mod tests {
             let (a, b) = ([1.5, -2.0, nan, 0.1, 7.0, -0.0, 1e30, 3.0], [2.0, -3.0, 4.0, nan, 7.0, 0.0, 1e-30, -3.0]);
             let (x, y) = (isa.load8(&a), isa.load8(&b));
             let mut out: Vec<u32> = vec![isa.le8(x, y).into()];
+            let (zero, past) =
+                (isa.splat8(0.0), isa.load8(&[0.0, 1e-40, -0.0, -1.0, f32::INFINITY, nan, -f32::INFINITY, 1.0]));
+            let after_all = isa.splat8(f32::from_bits(f32::INFINITY.to_bits() + 1));
+            for v in [isa.min_bits8(past, after_all), isa.min_bits8(after_all, past), isa.max_bits8(past, zero)] {
+                out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
+            }
+            let from = out.len();
+            out.extend([isa.before8(zero, past), isa.before8(isa.splat8(f32::INFINITY), past)]);
+            assert_eq!(out[from..], [0b1011_0010, 0b0010_0000]);
             out.extend(isa.store8(isa.max8(x, y)).iter().map(|x| x.to_bits()));
             out.extend(isa.store8(isa.min8(x, y)).iter().map(|x| x.to_bits()));
             out.extend(
@@ -253,6 +211,26 @@ mod tests {
             let (x, y) = (isa.load4(&[1.0, 2.0, 0.3, nan]), isa.load4(&[3.0, 2.0, 0.7, 1.0]));
             for v in [isa.add4(x, y), isa.sub4(x, y), isa.mul4(x, y), isa.div4(x, y), isa.splat4(0.1)] {
                 out.extend(isa.store4(v)[..3].iter().map(|x| x.to_bits()));
+            }
+            for v in [isa.max4(x, y), isa.abs4(isa.sub4(isa.splat4(0.0), y)), isa.mul_sub4(x, y, y)] {
+                out.extend(isa.store4(v)[..2].iter().map(|x| x.to_bits()));
+            }
+            for v in [
+                isa.largest_of_three(y),
+                isa.largest_of_three(isa.load4(&[-3.0, 1.0, -0.0, 8.0])),
+                isa.with_last4(x, 7.0),
+            ] {
+                out.extend(isa.store4(v).iter().map(|x| x.to_bits()));
+            }
+            let sides = |a: [f32; 4], b: [f32; 4], c: [f32; 4]| isa.sides4(isa.load4(&a), isa.load4(&b), isa.load4(&c));
+            let (alike, zero) = sides([1.0, -2.0, -0.0, 3.0], [2.0, -1e-40, 1.0, 0.0], [1e-40, -1.0, 5.0, -7.0]);
+            assert_eq!((alike & !zero, zero), (0b0011, 0b1100));
+            let (alike, zero) =
+                sides([1.0, -2.0, 4.0, f32::INFINITY], [-2.0, 1e-40, 1.0, 1.0], [1e-40, -1.0, -5.0, 1.0]);
+            assert_eq!((alike, zero), (0b1000, 0));
+            out.push(isa.signs4(isa.load4(&[-0.0, 1.0, -2.0, 0.0])).into());
+            for v in [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x), isa.spread8::<3>(y)] {
+                out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
             out.extend([u32::from(isa.le4(x, y)), u32::from(isa.eq4(x, y))]);
             let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
@@ -267,24 +245,6 @@ mod tests {
             let mut place = Row([7.0; 16]);
             isa.keep16(&mut place, 0b1010_0000_0011_0001, y);
             out.extend(place.0.iter().map(|x| x.to_bits()));
-            let entry = isa.load8(&[5.0, 1.0, 9.0, 2.0, 0.0, 2.5, 8.0, 3.0]);
-            // Lane 4 is the nearest, then 1, 3, 5, 7, 0, 6, 2.
-            let order = [2, 6, 0, 7, 5, 3, 1, 4].iter().rev().fold(0, |order, lane| order << 3 | lane);
-            for missed in [0b1111_1111_u8, 0b0111_1111, 0b0011_1111, 0b1110_1010, 0b0000_0001, 0] {
-                let exit = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| if missed >> lane & 1 == 1 { -1.0 } else { 10.0 });
-                for in_use in [0xff_u8, 0x0f] {
-                    let mut room = [MaybeUninit::new(0); 8];
-                    let links = [10, 11, 12, 13, 14, 15, 16, 17];
-                    let (count, nearest) = isa.choose(entry, isa.load8(&exit), in_use, &links, order, &mut room);
-                    assert_eq!(count, (!missed & in_use).count_ones() as usize);
-                    out.extend([count as u32, if count > 0 { nearest } else { 0 }]);
-                    for entry in room.iter().skip(8 - count).skip(1) {
-                        // SAFETY: all were initialised above.
-                        let entry = unsafe { entry.assume_init() };
-                        out.extend([entry as u32, (entry >> 32) as u32]);
-                    }
-                }
-            }
             out
         }
     }

@@ -65,6 +65,21 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn max_bits8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| if (a.to_bits() as i32) > b.to_bits() as i32 { a } else { b })
+    }
+
+    #[inline(always)]
+    fn min_bits8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| if (a.to_bits() as i32) < b.to_bits() as i32 { a } else { b })
+    }
+
+    #[inline(always)]
+    fn before8(self, a: [f32; 8], b: [f32; 8]) -> u32 {
+        mask(a, b, |a, b| (a.to_bits() as i32) < b.to_bits() as i32).into()
+    }
+
+    #[inline(always)]
     fn splat4(self, x: f32) -> [f32; 4] {
         [x; 4]
     }
@@ -97,6 +112,49 @@ impl Isa for Scalar {
     #[inline(always)]
     fn div4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
         zip(a, b, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn mul_sub4(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
+    }
+
+    #[inline(always)]
+    fn max4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn abs4(self, x: [f32; 4]) -> [f32; 4] {
+        zip(x, x, |x, _| x.abs())
+    }
+
+    #[inline(always)]
+    fn largest_of_three(self, x: [f32; 4]) -> [f32; 4] {
+        let size = |lane: usize| x[lane].to_bits() & 0x7fff_ffff;
+        [f32::from_bits(size(0).max(size(1)).max(size(2))); 4]
+    }
+
+    #[inline(always)]
+    fn sides4(self, x: [f32; 4], y: [f32; 4], z: [f32; 4]) -> (u8, u8) {
+        let zero = self.eq4(x, [0.0; 4]) | self.eq4(y, [0.0; 4]) | self.eq4(z, [0.0; 4]);
+        let signs = [self.signs4(x), self.signs4(y), self.signs4(z)];
+        ((!(signs[0] | signs[1] | signs[2]) | signs[0] & signs[1] & signs[2]) & 15, zero)
+    }
+
+    #[inline(always)]
+    fn signs4(self, x: [f32; 4]) -> u8 {
+        mask(x, x, |x, _| x.is_sign_negative())
+    }
+
+    #[inline(always)]
+    fn with_last4(self, x: [f32; 4], last: f32) -> [f32; 4] {
+        [x[0], x[1], x[2], last]
+    }
+
+    #[inline(always)]
+    fn spread8<const LANE: i32>(self, x: [f32; 4]) -> [f32; 8] {
+        [x[LANE as usize & 3]; 8]
     }
 
     #[inline(always)]

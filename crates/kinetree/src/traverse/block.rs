@@ -1,13 +1,14 @@
 //! Four triangles against one ray: the watertight test, operation for operation as in [`Sheared::hit`], so that hits agree to the bit.
 
-use crate::geometry::{Sheared, TriangleHit};
+use crate::geometry::{Ray, Sheared, TriangleHit};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
 /// A sheared ray in registers.
 #[derive(Clone, Copy)]
 pub(crate) struct ShearedLanes<'a, I: Isa> {
-    ray: &'a Sheared,
+    ray: &'a Ray,
+    axes: [usize; 3],
     origin: [I::F4; 3],
     shear: [I::F4; 3],
     t_scale: I::F4,
@@ -16,43 +17,39 @@ pub(crate) struct ShearedLanes<'a, I: Isa> {
 
 impl<'a, I: Isa> ShearedLanes<'a, I> {
     #[inline(always)]
-    pub(crate) fn new(isa: I, ray: &'a Sheared, t_min: f32) -> Self {
+    pub(crate) fn new(isa: I, ray: &'a Ray) -> Self {
+        let Sheared { axes, shear, t_scale, .. } = Sheared::new(ray);
+        let origin = &ray.quads()[0];
         Self {
             ray,
-            origin: [
-                isa.splat4(ray.origin[ray.axes[0] % 3]),
-                isa.splat4(ray.origin[ray.axes[1] % 3]),
-                isa.splat4(ray.origin[ray.axes[2] % 3]),
-            ],
-            shear: [isa.splat4(ray.shear[0]), isa.splat4(ray.shear[1]), isa.splat4(ray.shear[2])],
-            t_scale: isa.splat4(ray.t_scale),
-            t_min: isa.splat4(t_min),
+            axes,
+            origin: [isa.splat4(origin[axes[0] & 3]), isa.splat4(origin[axes[1] & 3]), isa.splat4(origin[axes[2] & 3])],
+            shear: [isa.splat4(shear[0]), isa.splat4(shear[1]), isa.splat4(shear[2])],
+            t_scale: isa.splat4(t_scale),
+            t_min: isa.splat4(ray.t_min),
         }
     }
 
     #[inline(always)]
-    fn project(&self, isa: I, corner: &[[f32; 4]; 3]) -> [I::F4; 3] {
-        let x = isa.sub4(isa.load4(&corner[self.ray.axes[0] % 3]), self.origin[0]);
-        let y = isa.sub4(isa.load4(&corner[self.ray.axes[1] % 3]), self.origin[1]);
-        let z = isa.sub4(isa.load4(&corner[self.ray.axes[2] % 3]), self.origin[2]);
+    fn project(&self, isa: I, block: &TriangleBlock, corner: usize) -> [I::F4; 3] {
+        let rows = block.rows();
+        let x = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[0] & 3)]), self.origin[0]);
+        let y = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[1] & 3)]), self.origin[1]);
+        let z = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[2] & 3)]), self.origin[2]);
         [isa.sub4(x, isa.mul4(self.shear[0], z)), isa.sub4(y, isa.mul4(self.shear[1], z)), isa.mul4(self.shear[2], z)]
     }
 
     /// The hits between the bounds, inclusive. A `t` that overflowed is not excluded when `t_max` is infinite.
     #[inline(always)]
-    pub(crate) fn hits(&self, isa: I, block: &TriangleBlock, t_min: f32, t_max: f32) -> BlockHits {
-        let a = self.project(isa, &block.corners[0]);
-        let b = self.project(isa, &block.corners[1]);
-        let c = self.project(isa, &block.corners[2]);
+    pub(crate) fn hits(&self, isa: I, block: &TriangleBlock, t_max: f32) -> BlockHits {
+        let a = self.project(isa, block, 0);
+        let b = self.project(isa, block, 1);
+        let c = self.project(isa, block, 2);
         let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
-        let zero = isa.splat4(0.0);
-        let front = isa.le4(zero, u) & isa.le4(zero, v) & isa.le4(zero, w);
-        let back = isa.le4(u, zero) & isa.le4(v, zero) & isa.le4(w, zero);
-        let inside = front | back;
-        if inside == 0 {
+        let (inside, on_edge) = isa.sides4(u, v, w);
+        if inside | on_edge == 0 {
             return BlockHits::NONE;
         }
-        let on_edge = (isa.eq4(u, zero) | isa.eq4(v, zero) | isa.eq4(w, zero)) & inside;
         let determinant = isa.add4(isa.add4(u, v), w);
         let sum = isa.add4(isa.add4(isa.mul4(u, a[2]), isa.mul4(v, b[2])), isa.mul4(w, c[2]));
         let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
@@ -62,13 +59,13 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
         }
         let mut hits = BlockHits {
             mask,
-            back,
+            back: isa.signs4(determinant),
             t: isa.store4(t),
             u: isa.store4(isa.div4(v, determinant)),
             v: isa.store4(isa.div4(w, determinant)),
         };
         if on_edge != 0 {
-            hits.look_again(on_edge, self.ray, block, t_min, t_max);
+            hits.look_again(on_edge, self.ray, block, t_max);
         }
         hits
     }
@@ -101,7 +98,8 @@ impl BlockHits {
 
     /// Rays through an edge, or so far beside a triangle that an edge function vanishes, get the second try of the scalar twin.
     #[cold]
-    fn look_again(&mut self, lanes: u8, ray: &Sheared, block: &TriangleBlock, t_min: f32, t_max: f32) {
+    fn look_again(&mut self, lanes: u8, ray: &Ray, block: &TriangleBlock, t_max: f32) {
+        let (t_min, ray) = (ray.t_min, Sheared::new(ray));
         for lane in (0..block.count as usize).filter(|lane| lanes >> lane & 1 == 1) {
             if let Some(hit) = ray.hit(&block.triangle(lane), t_min, t_max) {
                 self.mask |= 1 << lane;

@@ -1,6 +1,8 @@
 //! Walking trees: one walk, many questions.
 
 mod block;
+mod choose;
+mod lanes;
 mod packet;
 mod two_level;
 mod walk;
@@ -8,11 +10,12 @@ mod wide;
 mod work;
 
 pub(crate) use block::ShearedLanes;
+pub(crate) use lanes::{Boxes, Carefully, RayLanes, RayQuads};
 pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, octants, rows_of,
     walk_packet,
 };
 pub use two_level::{Posed, TwoLevel};
 pub use walk::{Visitor, walk};
-pub(crate) use wide::{Carefully, RayLanes, WideVisitor, walk_wide};
+pub(crate) use wide::{WideVisitor, walk_wide};
 pub use work::{Tally, Work};

@@ -6,7 +6,7 @@ use crate::geometry::{Aabb, Triangle};
 pub(crate) const BLOCK: usize = 4;
 
 /// The corners of up to four triangles, in three cache lines. A lane that is not in use has corners that are no numbers, which no ray hits.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
     /// `corners[corner][axis][lane]`.
@@ -52,6 +52,12 @@ impl TriangleBlock {
     #[inline]
     pub(crate) fn triangle(&self, lane: usize) -> Triangle {
         Triangle { corners: [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| self.corners[corner][axis][lane])) }
+    }
+
+    /// As rows of four: number `corner * 3 + axis` has a coordinate of that corner. There are more rows than that, so that any axis below four is inside.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> &[[f32; BLOCK]; 12] {
+        bytemuck::cast_ref(self)
     }
 
     /// Numbers of the triangles.

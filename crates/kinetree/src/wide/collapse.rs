@@ -60,7 +60,6 @@ pub(crate) fn collapse(binary: &Bvh, costs: &Costs, mut leaf: impl FnMut(Range<u
                 node.links[lane] = WideLink::units(units).bits();
             }
         }
-        node.sort_lanes();
         tree.nodes[number as usize] = node;
         // The first lane comes next, so that a subtree stands together.
         for (lane, &root) in roots.iter().enumerate().rev() {

@@ -24,7 +24,6 @@ const _: () = assert!(size_of::<InstanceRecord>() == 64);
 
 impl InstanceRecord {
     /// The ray in the space of the mesh. Its direction is not renormalised, so `t` means the same in both spaces. `None` when nothing can be hit.
-    #[inline(always)]
     pub(crate) fn enter(&self, ray: &Ray) -> Option<Ray> {
         if self.identity {
             return Some(*ray);

@@ -65,6 +65,12 @@ impl WideLink {
         self.0 & LEAF != 0
     }
 
+    /// The node, of a link that leads to one.
+    #[inline(always)]
+    pub(crate) fn node_index(self) -> usize {
+        self.0 as usize
+    }
+
     /// The node, or the first unit.
     #[inline(always)]
     pub(crate) fn index(self) -> usize {

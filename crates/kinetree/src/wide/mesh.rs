@@ -76,8 +76,7 @@ impl WideMesh {
     /// A block that a leaf of this tree leads to.
     #[inline(always)]
     pub(crate) fn block(&self, unit: usize) -> &TriangleBlock {
-        // SAFETY: walks only ask for units of leaves of `self.tree`, and `new` made exactly as many blocks as those have units (promise 4).
-        unsafe { self.blocks.get_unchecked(unit) }
+        &self.blocks[unit]
     }
 
     /// The box around everything.

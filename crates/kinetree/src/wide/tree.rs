@@ -54,6 +54,12 @@ impl WideTree {
         self.bounds
     }
 
+    /// The same, where it stands.
+    #[inline(always)]
+    pub(crate) fn around(&self) -> &Aabb {
+        &self.bounds
+    }
+
     /// How many units the leaves lead to.
     pub fn unit_count(&self) -> usize {
         self.units as usize

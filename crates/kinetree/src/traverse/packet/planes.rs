@@ -1,7 +1,7 @@
 //! Box tests of sixteen rays at a step: [`SafeRay`](crate::geometry::SafeRay) for a packet, by the same operations.
 
 use super::rays::{Column, RayPacket, rows_of};
-use crate::geometry::slab::{LEAST_SLOPE, SLACK, SLACK_OVER_INSTANCES};
+use crate::geometry::slab::{LEAST_SLOPE, Lean};
 use crate::geometry::{Aabb, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::WideNode;
@@ -17,22 +17,10 @@ pub(crate) struct PacketPlanes {
 }
 
 impl PacketPlanes {
-    /// For boxes of triangles, all within `bounds`.
+    /// For boxes all within `bounds`.
     #[inline(always)]
-    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket, bounds: &Aabb) -> Self {
-        Self::with_slack(isa, rays, bounds, SLACK, 0.0)
-    }
-
-    /// For world boxes of instances, all within `bounds`.
-    #[inline(always)]
-    pub(crate) fn over_instances<I: Isa>(isa: I, rays: &RayPacket, bounds: &Aabb) -> Self {
-        Self::with_slack(isa, rays, bounds, SLACK_OVER_INSTANCES, SLACK * UNIT_ROUNDOFF)
-    }
-
-    /// Rays stray by `stray_share` of the largest coordinate of their origin.
-    #[inline(always)]
-    fn with_slack<I: Isa>(isa: I, rays: &RayPacket, bounds: &Aabb, slack: f32, stray_share: f32) -> Self {
-        let parallel = 1.0 / (4.0 * slack * UNIT_ROUNDOFF);
+    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket, bounds: &Aabb, lean: Lean) -> Self {
+        let (slack, stray_share, parallel) = (lean.slack, lean.stray, lean.parallel());
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
         let zero = [Column::splat(0.0); 3];
         let mut all = Self { near_scale: zero, near_offset: zero, far_scale: zero, far_offset: zero, careful: 0 };

@@ -1,6 +1,7 @@
 //! A packet against its rays, one by one.
 
 use super::*;
+use crate::geometry::slab::Lean;
 use crate::geometry::{Aabb, Affine, Ray, SafeRay, Sheared};
 use crate::simd::{Isa, Kernel, Level};
 use crate::wide::WideNode;
@@ -80,9 +81,9 @@ impl Kernel for Compare {
 
         // A box that a ray enters by itself is entered in the packet, and the interval does not rule it out.
         let mut entered = 0;
-        let planes = PacketPlanes::new(isa, &packet, &scene);
+        let planes = PacketPlanes::new(isa, &packet, &scene, Lean::TRIANGLES);
         for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
-            let one = SafeRay::new(&ray, &scene);
+            let one = SafeRay::new(&ray, &scene, Lean::TRIANGLES);
             assert_eq!(planes.careful >> at & 1 == 1, one.needs_care(), "seed {seed}, {ray:?}");
             for axis in (0..3).filter(|_| !one.needs_care()) {
                 let found = [&planes.near_scale, &planes.near_offset, &planes.far_scale, &planes.far_offset];
@@ -108,7 +109,7 @@ impl Kernel for Compare {
                     let row = planes.enter(isa, (&node, lane), interval.sides, alike, &packet.t_min, &t_max);
                     for at in (0..PACKET).filter(|at| alike >> at & 1 == 1) {
                         let Some(ray) = sane[at] else { continue };
-                        let one = SafeRay::new(&ray, &scene).enter(&node.bounds(lane), ray.t_max);
+                        let one = SafeRay::new(&ray, &scene, Lean::TRIANGLES).enter(&node.bounds(lane), ray.t_max);
                         // On the very edge of what a ray leans, levels may differ.
                         let clear = exactly_enters(&ray, &node.bounds(lane));
                         if clear {

@@ -1,10 +1,10 @@
 //! The walk through an eight-way tree, for a packet: the child that may be entered first comes first.
 
-use std::mem::MaybeUninit;
-
+use super::super::choose::Entry;
 use super::interval::Interval;
 use super::planes::PacketPlanes;
 use super::rays::{Column, RayPacket};
+use crate::arena::Stack;
 use crate::simd::Isa;
 use crate::wide::{LANES, WIDE_STACK, WideLink, WideTree};
 
@@ -31,49 +31,52 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     if nodes.is_empty() {
         return;
     }
-    // What is set aside: in the upper half of an entry the bits of a distance, which order like the distance because it is not negative; in the lower half a
-    // lane, counted through all nodes. Its box is tested ray by ray when it is taken up, with the hits that are known by then.
-    let mut stack = [MaybeUninit::<u64>::uninit(); WIDE_STACK];
-    let mut sets = [MaybeUninit::<u64>::uninit(); WIDE_STACK];
-    let mut aside = 0;
+    // What is set aside: a lane, counted through all nodes, with the distance where it may be entered first, and the rays. Its box is tested ray by ray when it is
+    // taken up, with the hits that are known by then.
+    let mut stack = Stack::<(Entry, u64), WIDE_STACK>::new();
     let (mut at, mut set) = (0, interval.set);
     let mut farthest = visitor.t_max().largest(isa, interval.set, f32::NEG_INFINITY);
     loop {
-        // SAFETY: 0 is a node, and links that are not leaves lead to nodes of the same tree (promises 1 and 5 of `WideTree`, whose fields only `wide` writes).
-        let node = unsafe { nodes.get_unchecked(at) };
-        let (mask, entry) = interval.enter(isa, node, isa.splat8(farthest));
-        // SAFETY: a node sets aside at most eight lanes and takes one of them up again, so a path of promise 6's length leaves room for eight more.
-        let room = unsafe { &mut *stack.as_mut_ptr().add(aside).cast::<[u64; LANES]>() };
-        let first = (at * LANES) as u32;
-        let count = isa.push_sorted(entry, &[0, 1, 2, 3, 4, 5, 6, 7].map(|lane| first + lane), mask, room);
-        for place in aside..aside + count {
-            sets[place] = MaybeUninit::new(set);
-        }
-        aside += count;
+        let (mask, entry) = interval.enter(isa, &nodes[at], isa.splat8(farthest));
+        set_aside(&isa.store8(entry), mask, (at * LANES) as u32, set, &mut stack);
         (at, set) = loop {
-            if aside == 0 {
-                return;
-            }
-            aside -= 1;
-            // SAFETY: the first `aside` entries of both stacks were written, and there are no more than fit.
-            let (entry, all) =
-                unsafe { (stack.get_unchecked(aside).assume_init(), sets.get_unchecked(aside).assume_init()) };
+            let Some((entry, all)) = stack.pop() else { return };
             if f32::from_bits((entry >> 32) as u32) > farthest {
                 continue;
             }
-            let (parent, lane) = (entry as u32 as usize / LANES, entry as u32 as usize % LANES);
-            // SAFETY: `parent` was visited before.
-            let parent = unsafe { nodes.get_unchecked(parent) };
+            let (parent, lane) = (&nodes[entry as u32 as usize / LANES], entry as u32 as usize % LANES);
             let set = planes.enter(isa, (parent, lane), interval.sides, all, &rays.t_min, visitor.t_max());
             if set == 0 {
                 continue;
             }
             let link = WideLink::from_bits(parent.links[lane]);
             if !link.is_leaf() {
-                break (link.index(), set);
+                break (link.node_index(), set);
             }
             visitor.leaf(isa, link, set);
             farthest = visitor.t_max().largest(isa, interval.set, f32::NEG_INFINITY);
         };
+    }
+}
+
+/// Puts the lanes of the mask on the stack, the nearest one last. Lane 0 has the number `first`.
+#[inline(always)]
+fn set_aside(distances: &[f32; LANES], mask: u8, first: u32, set: u64, stack: &mut Stack<(Entry, u64), WIDE_STACK>) {
+    let mut sorted = [0; LANES];
+    let (mut left, mut count) = (mask, 0);
+    while left != 0 {
+        let lane = left.trailing_zeros() & 7;
+        left &= left - 1;
+        let new = u64::from(distances[lane as usize].to_bits()) << 32 | u64::from(first + lane);
+        let mut at = count;
+        while at > 0 && sorted[(at - 1) & 7] < new {
+            sorted[at & 7] = sorted[(at - 1) & 7];
+            at -= 1;
+        }
+        sorted[at & 7] = new;
+        count += 1;
+    }
+    for at in 0..count {
+        stack.push((sorted[at & 7], set));
     }
 }

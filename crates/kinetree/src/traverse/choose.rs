@@ -1,0 +1,157 @@
+//! Which of the children that a ray enters comes first, and which wait.
+
+use crate::arena::Stack;
+use crate::simd::Isa;
+use crate::wide::{LANES, WIDE_STACK, WideLink};
+
+/// What waits: the bits of the distance where it is entered in the upper half, a link in the lower half. Of two the smaller one is nearer.
+pub(in crate::traverse) type Entry = u64;
+
+/// Of the lanes that are entered before they are left ([`Isa::before8`]), the nearest; the others wait on the stack, the next one on top.
+///
+/// Nearly all steps enter at most four children. Those are sorted by a network without branches, each number of them by its own: that is sooner done, and sooner
+/// read again, than with vectors. (Compare Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Units".)
+#[inline(always)]
+pub(super) fn choose<I: Isa>(
+    isa: I,
+    entry: I::F8,
+    exit: I::F8,
+    links: &[u32; LANES],
+    stack: &mut Stack<Entry, WIDE_STACK>,
+) -> Option<WideLink> {
+    let all = isa.before8(entry, exit);
+    let rest = all & all.wrapping_sub(1);
+    if rest == 0 {
+        let link = WideLink::from_bits(links[all.trailing_zeros() as usize & 7]);
+        return if all == 0 { None } else { Some(link) };
+    }
+    let distances = isa.store8(entry);
+    let (a, b) = (entry_of(&distances, links, all), entry_of(&distances, links, rest));
+    let (low, high) = (a.min(b), a.max(b));
+    let rest = rest & (rest - 1);
+    if rest == 0 {
+        stack.push(high);
+        return Some(link_of(low));
+    }
+    let c = entry_of(&distances, links, rest);
+    let rest = rest & (rest - 1);
+    if rest == 0 {
+        stack.push(high.max(c));
+        stack.push(high.min(c).max(low));
+        return Some(link_of(low.min(c)));
+    }
+    let d = entry_of(&distances, links, rest);
+    let rest = rest & (rest - 1);
+    let (near, far) = (c.min(d), c.max(d));
+    let (one, other) = (low.max(near), high.min(far));
+    let four = [low.min(near), one.min(other), one.max(other), high.max(far)];
+    if rest == 0 {
+        stack.push(four[3]);
+        stack.push(four[2]);
+        stack.push(four[1]);
+        return Some(link_of(four[0]));
+    }
+    Some(link_of(insert(four, rest, &distances, links, stack)))
+}
+
+/// Five or more.
+#[inline(always)]
+fn insert(
+    four: [Entry; 4],
+    mut rest: u32,
+    distances: &[f32; LANES],
+    links: &[u32; LANES],
+    stack: &mut Stack<Entry, WIDE_STACK>,
+) -> Entry {
+    let mut sorted = [four[0], four[1], four[2], four[3], 0, 0, 0, 0];
+    let mut count = 4;
+    while rest != 0 {
+        let new = entry_of(distances, links, rest);
+        rest &= rest - 1;
+        let mut at = count;
+        while at > 0 && sorted[(at - 1) & 7] > new {
+            sorted[at & 7] = sorted[(at - 1) & 7];
+            at -= 1;
+        }
+        sorted[at & 7] = new;
+        count += 1;
+    }
+    while count > 1 {
+        count -= 1;
+        stack.push(sorted[count & 7]);
+    }
+    sorted[0]
+}
+
+/// The nearest of what waits, unless it lies too far by now.
+#[inline(always)]
+pub(super) fn next(stack: &mut Stack<Entry, WIDE_STACK>, t_max: f32) -> Option<WideLink> {
+    while let Some(entry) = stack.pop() {
+        if (entry >> 32) as u32 <= t_max.to_bits() {
+            return Some(link_of(entry));
+        }
+    }
+    None
+}
+
+#[inline(always)]
+fn link_of(entry: Entry) -> WideLink {
+    WideLink::from_bits(entry as u32)
+}
+
+/// Of the first lane in the mask.
+#[inline(always)]
+fn entry_of(distances: &[f32; LANES], links: &[u32; LANES], mask: u32) -> Entry {
+    let lane = mask.trailing_zeros() as usize & 7;
+    u64::from(distances[lane].to_bits()) << 32 | u64::from(links[lane])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Kernel, Level};
+
+    struct Chosen {
+        entry: [f32; LANES],
+        mask: u32,
+    }
+
+    impl Kernel for Chosen {
+        type Output = Vec<Entry>;
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: I) -> Vec<Entry> {
+            let links = [10, 11, 12, 13, 14, 15, 16, 17];
+            let mut exit = [-1.0; LANES];
+            for lane in 0..LANES {
+                exit[lane] = if self.mask >> lane & 1 == 1 { f32::INFINITY } else { -1.0 };
+            }
+            let mut stack = Stack::new();
+            let first = choose(isa, isa.load8(&self.entry), isa.load8(&exit), &links, &mut stack);
+            let mut all = Vec::new();
+            if let Some(link) = first {
+                let distance = self.entry[(link.bits() - 10) as usize & 7].to_bits();
+                all.push(u64::from(distance) << 32 | u64::from(link.bits()));
+            }
+            while let Some(entry) = stack.pop() {
+                all.push(entry);
+            }
+            all
+        }
+    }
+
+    #[test]
+    fn those_that_are_entered_come_out_from_near_to_far_on_every_level() {
+        for entry in [[5.0_f32, 1.0, 9.0, 2.0, 0.0, 2.5, 8.0, 3.0], [1.0, 1.0, 0.0, 1.0, 0.0, 7.0, 1.0, 0.5]] {
+            for mask in 0..256 {
+                let lanes = (0..LANES).filter(|lane| mask >> lane & 1 == 1);
+                let mut expected: Vec<Entry> =
+                    lanes.map(|lane| u64::from(entry[lane].to_bits()) << 32 | (lane as u64 + 10)).collect();
+                expected.sort_unstable();
+                for level in Level::available() {
+                    assert_eq!(level.run(Chosen { entry, mask }), expected, "{level:?}, {mask:08b}");
+                }
+            }
+        }
+    }
+}

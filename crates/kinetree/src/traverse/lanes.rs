@@ -1,0 +1,204 @@
+//! A ray made ready for eight boxes at a step.
+//!
+//! Most rays are made ready in a few vector operations, by the formulas of [`SafeRay`]; the others, which are parallel to an axis, or huge, or tiny, take the long
+//! way through it.
+
+use glam::Vec3A;
+
+use crate::geometry::slab::{Lean, SafeRay};
+use crate::geometry::{Aabb, Affine, Ray, UNIT_ROUNDOFF};
+use crate::simd::Isa;
+use crate::wide::WideNode;
+
+/// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
+const MODERATE: f32 = (1_u64 << 60) as f32;
+
+/// A ray in two registers: the origin with `t_min`, and the direction with `t_max`.
+#[derive(Clone, Copy)]
+pub(crate) struct RayQuads<I: Isa> {
+    origin: I::F4,
+    direction: I::F4,
+}
+
+impl<I: Isa> RayQuads<I> {
+    #[inline(always)]
+    pub(crate) fn new(isa: I, ray: &Ray) -> Self {
+        let [origin, direction] = ray.quads();
+        Self { origin: isa.load4(origin), direction: isa.load4(direction) }
+    }
+
+    /// The ray in another space, by the operations of [`Affine::transform_point`] and [`Affine::transform_vector`].
+    #[inline(always)]
+    pub(crate) fn moved(isa: I, ray: &Ray, map: &Affine) -> Self {
+        let (x, y, z) = (quad(isa, map.x_axis), quad(isa, map.y_axis), quad(isa, map.z_axis));
+        let origin = isa.add4(turned(isa, (x, y, z), ray.origin), quad(isa, map.translation));
+        let direction = turned(isa, (x, y, z), ray.direction);
+        Self { origin: isa.with_last4(origin, ray.t_min), direction: isa.with_last4(direction, ray.t_max) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn ray(&self, isa: I) -> Ray {
+        Ray::of_quads([isa.store4(self.origin), isa.store4(self.direction)])
+    }
+}
+
+#[inline(always)]
+fn quad<I: Isa>(isa: I, v: [f32; 3]) -> I::F4 {
+    isa.load4(&[v[0], v[1], v[2], 0.0])
+}
+
+/// A vector after the linear part of a map.
+#[inline(always)]
+fn turned<I: Isa>(isa: I, (x, y, z): (I::F4, I::F4, I::F4), v: [f32; 3]) -> I::F4 {
+    let xy = isa.add4(isa.mul4(x, isa.splat4(v[0])), isa.mul4(y, isa.splat4(v[1])));
+    isa.add4(xy, isa.mul4(z, isa.splat4(v[2])))
+}
+
+/// Where a ray enters and leaves the eight boxes of a node.
+pub(crate) trait Boxes<I: Isa>: Copy {
+    /// Entered where the first comes before the second, by their bits ([`Isa::before8`]). The first is not negative. `limit` is what comes right after `t_max`.
+    fn enter(&self, isa: I, node: &WideNode, limit: I::F8) -> (I::F8, I::F8);
+}
+
+/// A ray in registers: one multiplication and subtraction per plane. See [`SafeRay`] for how it leans.
+#[derive(Clone, Copy)]
+pub(crate) struct RayLanes<I: Isa> {
+    near_scale: [I::F8; 3],
+    near_offset: [I::F8; 3],
+    far_scale: [I::F8; 3],
+    far_offset: [I::F8; 3],
+    /// Which side of a node's planes is met first.
+    near_side: [usize; 3],
+    t_min: I::F8,
+}
+
+impl<I: Isa> RayLanes<I> {
+    /// For boxes within the bounds. `None` when the ray has to take the long way.
+    #[inline(always)]
+    pub(crate) fn new(isa: I, ray: &RayQuads<I>, bounds: &Aabb, lean: Lean) -> Option<Self> {
+        let RayQuads { origin, direction } = *ray;
+        let largest = isa.largest_of_three(direction);
+        let reciprocal = isa.div4(isa.splat4(1.0), direction);
+        let size = isa.abs4(reciprocal);
+        // How much flatter the ray runs to an axis' planes than straight ahead.
+        let flatness = isa.mul4(size, largest);
+        let origin_size = isa.abs4(origin);
+        let [low, high] = bounds.quads();
+        let extent = isa.max4(isa.abs4(isa.load4(low)), isa.abs4(isa.load4(high)));
+        let moderate = isa.splat4(MODERATE);
+        // What is no number is the second operand of `max`, or the largest, and fails.
+        let tame = isa.le4(isa.max4(size, isa.max4(largest, origin_size)), moderate)
+            & isa.le4(flatness, isa.splat4(lean.parallel()))
+            & 7;
+        if tame != 7 || isa.le4(extent, moderate) != 15 {
+            return None;
+        }
+        let unit = lean.slack * UNIT_ROUNDOFF;
+        let near = isa.mul4(reciprocal, isa.mul_sub4(flatness, isa.splat4(-unit), isa.splat4(unit - 1.0)));
+        let far = isa.mul4(reciprocal, isa.mul_sub4(flatness, isa.splat4(unit), isa.splat4(-1.0 - unit)));
+        let (near_origin, far_origin) = (isa.mul4(origin, near), isa.mul4(origin, far));
+        let four = isa.splat4(4.0 * UNIT_ROUNDOFF);
+        let (mut near_slack, mut far_slack) =
+            (isa.mul4(isa.abs4(near_origin), four), isa.mul4(isa.abs4(far_origin), four));
+        if lean.stray > 0.0 {
+            let farthest = isa.mul4(isa.largest_of_three(origin), isa.splat4(lean.stray));
+            let stray = isa.mul4(size, farthest);
+            (near_slack, far_slack) = (isa.add4(near_slack, stray), isa.add4(far_slack, stray));
+        }
+        // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.
+        let far_slack = isa.add4(far_slack, isa.splat4(f32::MIN_POSITIVE));
+        let (near_offset, far_offset) = (isa.add4(near_origin, near_slack), isa.sub4(far_origin, far_slack));
+        Some(Self {
+            near_scale: spread(isa, near),
+            near_offset: spread(isa, near_offset),
+            far_scale: spread(isa, far),
+            far_offset: spread(isa, far_offset),
+            near_side: sides(isa, direction),
+            t_min: isa.spread8::<3>(origin),
+        })
+    }
+
+    /// The long way.
+    #[inline(always)]
+    pub(crate) fn of(isa: I, ray: &RayQuads<I>, safe: &SafeRay) -> Self {
+        let (near, far) = (&safe.near, &safe.far);
+        Self {
+            near_scale: splat(isa, near.scale),
+            near_offset: splat(isa, near.offset),
+            far_scale: splat(isa, far.scale),
+            far_offset: splat(isa, far.offset - Vec3A::splat(f32::MIN_POSITIVE)),
+            near_side: sides(isa, ray.direction),
+            t_min: isa.spread8::<3>(ray.origin),
+        }
+    }
+
+    /// Where the ray meets the planes of an axis that it meets first.
+    #[inline(always)]
+    fn near(&self, isa: I, node: &WideNode, axis: usize) -> I::F8 {
+        let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1]);
+        isa.mul_sub8(planes, self.near_scale[axis], self.near_offset[axis])
+    }
+
+    /// Where the ray meets the opposite planes.
+    #[inline(always)]
+    fn far(&self, isa: I, node: &WideNode, axis: usize) -> I::F8 {
+        let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1 ^ 1]);
+        isa.mul_sub8(planes, self.far_scale[axis], self.far_offset[axis])
+    }
+}
+
+#[inline(always)]
+fn sides<I: Isa>(isa: I, direction: I::F4) -> [usize; 3] {
+    let signs = usize::from(isa.signs4(direction));
+    [signs & 1, signs >> 1 & 1, signs >> 2 & 1]
+}
+
+#[inline(always)]
+fn spread<I: Isa>(isa: I, x: I::F4) -> [I::F8; 3] {
+    [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x)]
+}
+
+// Closures and `map` do not always become part of the kernel, and are compiled without its instructions then; so axes are written out here.
+#[inline(always)]
+fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
+    [isa.splat8(x.x), isa.splat8(x.y), isa.splat8(x.z)]
+}
+
+impl<I: Isa> Boxes<I> for RayLanes<I> {
+    #[inline(always)]
+    fn enter(&self, isa: I, node: &WideNode, limit: I::F8) -> (I::F8, I::F8) {
+        // None is not a number, since the ray is tame; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
+        // inside out, and entered at infinity.
+        let entry = isa.max_bits8(self.near(isa, node, 0), self.near(isa, node, 1));
+        let entry = isa.max_bits8(entry, isa.max_bits8(self.near(isa, node, 2), self.t_min));
+        let exit = isa.min_bits8(self.far(isa, node, 0), self.far(isa, node, 1));
+        let exit = isa.min_bits8(exit, isa.min_bits8(self.far(isa, node, 2), limit));
+        (entry, exit)
+    }
+}
+
+/// The same in double precision, box by box, for the rare ray whose reciprocals overflow.
+#[derive(Clone, Copy)]
+pub(crate) struct Carefully<'a>(pub(crate) &'a SafeRay);
+
+impl<I: Isa> Boxes<I> for Carefully<'_> {
+    #[inline(always)]
+    fn enter(&self, isa: I, node: &WideNode, limit: I::F8) -> (I::F8, I::F8) {
+        let t_max = f32::from_bits(isa.store8(limit)[0].to_bits() - 1);
+        let (entry, exit) = self.0.enter_all(node, t_max);
+        (isa.load8(&entry), isa.load8(&exit))
+    }
+}
+
+impl SafeRay {
+    #[cold]
+    fn enter_all(&self, node: &WideNode, t_max: f32) -> ([f32; 8], [f32; 8]) {
+        let (mut entries, mut exits) = ([0.0; 8], [-1.0; 8]);
+        for (lane, _) in node.lanes() {
+            if let Some(entry) = self.enter(&node.bounds(lane), t_max) {
+                (entries[lane], exits[lane]) = (entry, f32::INFINITY);
+            }
+        }
+        (entries, exits)
+    }
+}
