@@ -26,6 +26,7 @@
 pub mod threads;
 mod clock;
 mod arena;
+mod digest;
 
 pub mod geometry;
 pub mod simd;

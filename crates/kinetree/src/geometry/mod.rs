@@ -18,6 +18,7 @@ pub use ray::Ray;
 pub use slab::SafeRay;
 pub use triangle::Triangle;
 pub use triangles::Triangles;
+pub(crate) use triangles::fingerprint;
 pub use watertight::{Sheared, TriangleHit};
 
 /// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{Aabb, Triangle};
+use crate::digest::Digest;
 
 /// Positions, and which three of them make a triangle. Every index is in range.
 #[derive(Debug, Clone, Default)]
@@ -42,6 +43,11 @@ impl Triangles {
         self.get(triangle).bounds().padded()
     }
 
+    /// Tells these positions and triangles from others: equal when all are equal to the bit, and hardly ever otherwise. Not made against ill will.
+    pub fn fingerprint(&self) -> u64 {
+        fingerprint(&self.positions, &self.indices)
+    }
+
     /// Metres, object space.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
@@ -74,4 +80,14 @@ impl Triangles {
     pub(crate) fn shared_indices(&self) -> &Arc<[[u32; 3]]> {
         &self.indices
     }
+}
+
+/// Of positions and triangles: see [`Triangles::fingerprint`].
+pub(crate) fn fingerprint(positions: &[[f32; 3]], indices: &[[u32; 3]]) -> u64 {
+    let mut digest = Digest::new();
+    digest.word(positions.len() as u64);
+    digest.word(indices.len() as u64);
+    positions.iter().for_each(|position| digest.triple(position.map(f32::to_bits)));
+    indices.iter().for_each(|triangle| digest.triple(*triangle));
+    digest.finish()
 }

@@ -68,6 +68,19 @@ impl Scene {
         Ok(self.meshes.insert(LivingMesh::new(mesh, motion))?.into())
     }
 
+    /// All meshes as they were handed over, in the order of their handles, and how they move.
+    pub fn meshes(&self) -> impl Iterator<Item = (MeshId, &Mesh, Motion)> {
+        self.meshes.iter().map(|(slot, living)| (self.meshes.handle_of(slot).into(), living.mesh(), living.motion))
+    }
+
+    /// A tree that [`Mesh::bake`] gave earlier for this mesh. The next commit takes it instead of building one, as with [`Mesh::with_tree`].
+    ///
+    /// # Errors
+    /// A stale or foreign handle; a mesh that has been committed with these triangles; bytes that are no tree, damaged, or a tree of another mesh.
+    pub fn set_tree(&mut self, mesh: MeshId, tree: &[u8]) -> Result<(), EditError> {
+        self.meshes.get_mut(mesh.0)?.set_tree(tree)
+    }
+
     /// Adds a node below another.
     ///
     /// # Errors

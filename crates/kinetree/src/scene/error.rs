@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::wide::TreeFileError;
+
 /// What is wrong with a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -67,6 +69,12 @@ pub enum EditError {
     /// Something is wrong with the mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The bytes are no tree of the mesh.
+    #[error(transparent)]
+    Tree(#[from] TreeFileError),
+    /// A tree was handed over for a mesh that has one.
+    #[error("the mesh has its tree already; trees from files are handed over before the first commit")]
+    HasTree,
     /// What the handle named has been removed.
     #[error("the handle is stale: what it named has been removed")]
     StaleHandle,

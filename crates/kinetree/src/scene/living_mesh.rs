@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::Mesh;
 use super::handle::MeshId;
 use super::mesh::MeshData;
 use super::pose::KeptPose;
 use super::report::MeshReport;
 use super::ring::Ring;
+use super::{EditError, Mesh};
 use crate::build::{self, BuildOptions, Quality};
 use crate::clock::Clock;
 use crate::geometry::Triangles;
@@ -58,6 +58,20 @@ impl LivingMesh {
         self.mesh.data()
     }
 
+    pub(crate) fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// # Errors
+    /// There is a tree already, or the bytes are none of this mesh.
+    pub(crate) fn set_tree(&mut self, tree: &[u8]) -> Result<(), EditError> {
+        if self.edit != Edit::Triangles {
+            return Err(EditError::HasTree);
+        }
+        self.mesh = self.mesh.clone().with_tree(tree)?;
+        Ok(())
+    }
+
     pub(crate) fn set_positions(&mut self, positions: Vec<[f32; 3]>) {
         self.shape = Shape::Given(positions);
         self.edit = self.edit.or_positions();
@@ -97,8 +111,7 @@ impl LivingMesh {
     pub(crate) fn prepare_first_build(&self, threads: &Threads) {
         let data = self.data();
         if self.shares_first_build() && data.first_build.get().is_none() {
-            let rest = Triangles::new(data.positions.clone(), data.triangles.clone());
-            let rest = rest.expect("a mesh has only indices in range");
+            let rest = self.mesh.at_rest();
             // Another scene may have been faster; the trees are the same.
             let _ = data.first_build.set(grow(&rest, self.quality(), threads));
         }
@@ -114,7 +127,7 @@ impl LivingMesh {
 
     fn shares_first_build(&self) -> bool {
         let posed = matches!(self.shape, Shape::Posed(_)) && self.motion == Motion::Deforming;
-        posed && self.ring.current().is_none() && Arc::strong_count(self.data()) > 1
+        posed && !self.mesh.has_tree() && self.ring.current().is_none() && Arc::strong_count(self.data()) > 1
     }
 
     /// Brings positions, normals and tree up to date, in a buffer that no snapshot holds.
@@ -136,6 +149,12 @@ impl LivingMesh {
             return report;
         }
         let shares_first_build = self.shares_first_build();
+        // A tree from elsewhere stands over the rest pose: it is taken as it is where nothing has moved, and refitted to what bends.
+        let at_rest = matches!(self.shape, Shape::Kept);
+        let given = self.mesh.take_tree().filter(|_| at_rest || self.motion == Motion::Deforming);
+        if given.is_some() {
+            report.action = Action::Loaded;
+        }
         let (mut spare, allocated) = self.ring.claim();
         report.allocated = allocated;
         if !self.shape_into(&mut spare, threads) {
@@ -147,17 +166,39 @@ impl LivingMesh {
         }
         report.pose_time = clock.elapsed();
         let clock = Clock::start();
+        if at_rest && let Some(tree) = given {
+            spare.bvh = tree;
+            self.measure_from(&spare.bvh);
+        } else {
+            self.update_tree(&mut spare, &mut report, given, shares_first_build, threads);
+        }
+        report.drift = self.drift;
+        report.tree_time = clock.elapsed();
+        self.ring.publish(spare);
+        report
+    }
+
+    /// Refits or builds.
+    fn update_tree(
+        &mut self,
+        spare: &mut Posed,
+        report: &mut MeshReport,
+        given: Option<WideMesh>,
+        shares_first_build: bool,
+        threads: &Threads,
+    ) {
         let first_build = self.mesh.data().first_build.get().filter(|_| shares_first_build);
-        let from = match action {
+        let from = match report.action {
             Action::Refitted => self.ring.current().map(|current| &current.bvh),
+            Action::Loaded => given.as_ref(),
             Action::Built => first_build,
             _ => None,
         };
         if let Some(from) = from {
-            if action == Action::Built {
+            if report.action != Action::Refitted {
                 self.build_cost = BuildCost::of(from);
             }
-            let Posed { bvh, triangles, .. } = &mut spare;
+            let Posed { bvh, triangles, .. } = &mut *spare;
             from.refit_into(bvh, triangles);
             self.drift = self.build_cost.drift(&spare.bvh);
             if has_rotted(self.drift) {
@@ -166,13 +207,14 @@ impl LivingMesh {
         }
         if from.is_none() || report.reason == Reason::Drifted {
             spare.bvh = grow(&spare.triangles, self.quality(), threads);
-            self.build_cost = BuildCost::of(&spare.bvh);
-            self.drift = 1.0;
+            self.measure_from(&spare.bvh);
         }
-        report.drift = self.drift;
-        report.tree_time = clock.elapsed();
-        self.ring.publish(spare);
-        report
+    }
+
+    /// Drift begins here.
+    fn measure_from(&mut self, tree: &WideMesh) {
+        self.build_cost = BuildCost::of(tree);
+        self.drift = 1.0;
     }
 
     /// Writes triangles, positions and normals. `false` when a pose went beyond all numbers and the vertices stayed at rest.

@@ -5,12 +5,17 @@ use std::sync::{Arc, OnceLock};
 use super::input::check_finite;
 use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
-use crate::build::Quality;
-use crate::wide::WideMesh;
+use crate::build::{self, BuildOptions, Quality};
+use crate::geometry::{Triangles, fingerprint};
+use crate::wide::{TreeFileError, WideMesh};
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
 #[derive(Debug, Clone)]
-pub struct Mesh(Arc<MeshData>);
+pub struct Mesh {
+    data: Arc<MeshData>,
+    /// Of the rest pose; taken instead of building one.
+    tree: Option<Arc<WideMesh>>,
+}
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MeshData {
@@ -34,12 +39,16 @@ impl Mesh {
     pub fn new<'a>(positions: impl Into<Positions<'a>>, indices: impl Into<Indices<'a>>) -> Result<Self, MeshError> {
         let positions = positions.into().to_vec()?;
         let triangles = indices.into().to_triangles(positions.len())?.into();
-        Ok(Self(Arc::new(MeshData { positions, triangles, ..MeshData::default() })))
+        Ok(Self::of(MeshData { positions, triangles, ..MeshData::default() }))
     }
 
     /// Nothing at all, to begin with.
     pub fn empty() -> Self {
-        Self(Arc::default())
+        Self::of(MeshData::default())
+    }
+
+    fn of(data: MeshData) -> Self {
+        Self { data: Arc::new(data), tree: None }
     }
 
     /// Normals for shading, one per vertex, of any length.
@@ -89,32 +98,70 @@ impl Mesh {
         })
     }
 
+    /// A tree that [`Mesh::bake`] gave earlier for the same positions and triangles. The first commit takes it instead of building one, whatever the
+    /// quality; what is refitted or rebuilt later goes on as usual.
+    ///
+    /// # Errors
+    /// The bytes are no tree, damaged, or a tree of another mesh.
+    pub fn with_tree(mut self, tree: &[u8]) -> Result<Self, TreeFileError> {
+        self.tree = Some(Arc::new(WideMesh::from_bytes(tree, &self.at_rest())?));
+        Ok(self)
+    }
+
+    /// Builds the tree of the rest pose now, as bytes for [`Mesh::with_tree`]: for what is built once and used by many runs of a program.
+    ///
+    /// The quality is that of the options, whatever [`Mesh::with_quality`] says.
+    pub fn bake(&self, options: &BuildOptions) -> Vec<u8> {
+        let rest = self.at_rest();
+        WideMesh::new(&build::triangles(&rest, options), &rest).to_bytes(&rest)
+    }
+
+    /// What a baked tree is bound to: tells these positions and triangles from others, normals and skin left aside. See [`Triangles::fingerprint`].
+    pub fn fingerprint(&self) -> u64 {
+        fingerprint(&self.data.positions, &self.data.triangles)
+    }
+
     /// Metres, object space, rest pose.
     pub fn positions(&self) -> &[[f32; 3]] {
-        &self.0.positions
+        &self.data.positions
     }
 
     /// Vertex numbers.
     pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.0.triangles
+        &self.data.triangles
     }
 
     /// One per vertex, if there are any.
     pub fn normals(&self) -> Option<&[[f32; 3]]> {
-        (!self.0.normals.is_empty()).then_some(&self.0.normals)
+        (!self.data.normals.is_empty()).then_some(&self.data.normals)
     }
 
     pub(crate) fn data(&self) -> &Arc<MeshData> {
-        &self.0
+        &self.data
+    }
+
+    /// The rest pose, as builders want it.
+    pub(crate) fn at_rest(&self) -> Triangles {
+        let rest = Triangles::new(self.data.positions.clone(), self.data.triangles.clone());
+        rest.expect("a mesh has only indices in range")
+    }
+
+    pub(crate) fn has_tree(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// The tree that came with the mesh; it has none afterwards.
+    pub(crate) fn take_tree(&mut self) -> Option<WideMesh> {
+        self.tree.take().map(Arc::unwrap_or_clone)
     }
 
     fn changed(mut self, change: impl FnOnce(&mut MeshData)) -> Self {
-        change(Arc::make_mut(&mut self.0));
+        change(Arc::make_mut(&mut self.data));
         self
     }
 
     fn check_count(&self, what: &'static str, found: usize) -> Result<(), MeshError> {
-        let expected = self.0.positions.len();
+        let expected = self.data.positions.len();
         if found == expected { Ok(()) } else { Err(MeshError::CountDiffers { what, expected, found }) }
     }
 }

@@ -113,12 +113,13 @@ impl fmt::Display for TopLevelMethod {
 
 impl fmt::Display for FrameReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [built, rebuilt, refitted, kept] =
-            [Action::Built, Action::Rebuilt, Action::Refitted, Action::Kept].map(|action| self.count(action));
+        let [built, loaded, rebuilt, refitted, kept] =
+            [Action::Built, Action::Loaded, Action::Rebuilt, Action::Refitted, Action::Kept]
+                .map(|action| self.count(action));
         writeln!(f, "frame {}: {} in all", self.frame, Millis(self.total_time))?;
         writeln!(
             f,
-            "  meshes     {built} built, {rebuilt} rebuilt, {refitted} refitted, {kept} kept in {}",
+            "  meshes     {built} built, {loaded} loaded, {rebuilt} rebuilt, {refitted} refitted, {kept} kept in {}",
             Millis(self.mesh_time)
         )?;
         writeln!(

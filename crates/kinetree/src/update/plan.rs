@@ -32,6 +32,8 @@ pub enum Action {
     Kept,
     /// Its first tree was built.
     Built,
+    /// A tree that was built before, and handed over with the mesh, was taken instead of building one.
+    Loaded,
     /// Boxes were recomputed in the tree that was there.
     Refitted,
     /// A new tree replaced the old one.
@@ -63,6 +65,7 @@ impl fmt::Display for Action {
         f.pad(match self {
             Self::Kept => "kept",
             Self::Built => "built",
+            Self::Loaded => "loaded",
             Self::Refitted => "refitted",
             Self::Rebuilt => "rebuilt",
         })

@@ -46,6 +46,12 @@ impl WideMesh {
         Self { tree, blocks, triangles: binary.primitive_count() as u32 }
     }
 
+    /// From parts that were read. As many blocks as the tree has units.
+    pub(super) fn from_parts(tree: WideTree, blocks: Vec<TriangleBlock>, triangles: u32) -> Self {
+        assert_eq!(tree.unit_count(), blocks.len(), "each unit is a block");
+        Self { tree, blocks, triangles }
+    }
+
     /// The same tree for triangles that have moved, written into `spare`, whatever that held before. If it held a tree of the same size, nothing is
     /// allocated.
     pub(crate) fn refit_into(&self, spare: &mut Self, triangles: &Triangles) {

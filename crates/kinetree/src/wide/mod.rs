@@ -1,6 +1,7 @@
 //! The eight-way tree and its promises, and what its leaves lead to.
 
 mod block;
+mod bytes;
 mod collapse;
 mod instance;
 mod link;
@@ -10,6 +11,7 @@ mod top;
 mod tree;
 
 pub use block::TriangleBlock;
+pub use bytes::{TreeFileError, fingerprint_in};
 pub use instance::InstanceRecord;
 pub use link::{WideLink, WideTarget};
 pub use mesh::WideMesh;

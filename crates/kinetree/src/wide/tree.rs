@@ -28,7 +28,7 @@ pub struct WideTree {
 }
 
 /// The first promise of a [`WideTree`] that does not hold, and where.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("promise {promise}: {what} at node {node}, lane {lane}")]
 pub struct WideViolation {
     /// Its number.

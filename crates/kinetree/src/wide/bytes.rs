@@ -1,0 +1,289 @@
+//! A tree as bytes, bound to the mesh it was grown over.
+//!
+//! What follows from the rest is not written: corners are those of the mesh, parents follow from links, and the order of the lanes from their boxes.
+//! All numbers are little-endian. In this order:
+//!
+//! | what | bytes |
+//! |---|---|
+//! | `kinetree` | 8 |
+//! | version, number of triangles | 4 each |
+//! | fingerprint of the mesh | 8 |
+//! | number of nodes, number of blocks | 4 each |
+//! | the box around everything: least corner, greatest corner | 24 |
+//! | each node: number of lanes; each lane: box, link | 1; 24, 4 |
+//! | each block: number of triangles; the triangles | 1; 4 each |
+//! | digest of all that stands before | 8 |
+//!
+//! Reading believes nothing: lengths are compared with the bytes that are there before anything is allocated, and what was read has to keep every promise
+//! of a tree. So bytes that are read give a tree that can be walked without harm, whoever wrote them.
+
+use thiserror::Error;
+
+use super::block::BLOCK;
+use super::node::LANES;
+use super::{TriangleBlock, WideLink, WideMesh, WideNode, WideTarget, WideTree, WideViolation};
+use crate::arena::with_room;
+use crate::digest::Digest;
+use crate::geometry::{Aabb, Triangles};
+
+const MAGIC: [u8; 8] = *b"kinetree";
+const VERSION: u32 = 1;
+const BOX_BYTES: usize = 24;
+const LANE_BYTES: usize = BOX_BYTES + 4;
+const LEAST_NODE_BYTES: usize = 1 + LANE_BYTES;
+const LEAST_BLOCK_BYTES: usize = 1 + 4;
+const HEAD_BYTES: usize = 8 + 4 + 4 + 8 + 4 + 4 + BOX_BYTES;
+const DIGEST_BYTES: usize = 8;
+
+/// Why bytes are not taken for a tree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum TreeFileError {
+    /// They begin otherwise than trees do.
+    #[error("this is no tree of kinetree's")]
+    NotATree,
+    /// Written in another format.
+    #[error("the tree was written in format {found}, and only format {VERSION} is read; bake it again")]
+    OtherVersion {
+        /// The one that was met.
+        found: u32,
+    },
+    /// Cut short, or changed since they were written.
+    #[error("the tree is damaged: it is not what was written; bake it again")]
+    Damaged,
+    /// Grown over other positions or other triangles.
+    #[error("the tree is one of another mesh, or the mesh has changed since; bake it again")]
+    OtherMesh,
+    /// The digest is right, but what it stands under is none of our trees.
+    #[error("the tree is not sound: {what}; bake it again")]
+    Unsound {
+        /// What was found.
+        what: &'static str,
+    },
+    /// As before: a promise of [`WideTree`] is broken.
+    #[error("the tree is not sound: {0}; bake it again")]
+    Broken(#[from] WideViolation),
+}
+
+/// The [fingerprint](Triangles::fingerprint) of the mesh whose tree these bytes are. The digest is checked, the tree itself is not.
+///
+/// # Errors
+/// The bytes are no tree, or damaged.
+pub fn fingerprint_in(bytes: &[u8]) -> Result<u64, TreeFileError> {
+    Ok(Head::read(&mut Reader::open(bytes)?)?.fingerprint)
+}
+
+impl WideMesh {
+    /// The tree as bytes that [`WideMesh::from_bytes`] makes the same tree of, given the same triangles. `triangles` are those that it stands over.
+    pub fn to_bytes(&self, triangles: &Triangles) -> Vec<u8> {
+        let (nodes, blocks) = (self.tree().nodes(), self.blocks());
+        let lanes: usize = nodes.iter().map(|node| node.lanes().count()).sum();
+        let primitives: usize = blocks.iter().map(|block| block.primitives().len()).sum();
+        let body = nodes.len() + lanes * LANE_BYTES + blocks.len() + primitives * 4;
+        let mut to = Vec::with_capacity(HEAD_BYTES + body + DIGEST_BYTES);
+        to.extend(MAGIC);
+        to.extend(VERSION.to_le_bytes());
+        to.extend((triangles.len() as u32).to_le_bytes());
+        to.extend(triangles.fingerprint().to_le_bytes());
+        to.extend((nodes.len() as u32).to_le_bytes());
+        to.extend((blocks.len() as u32).to_le_bytes());
+        write_box(&mut to, &self.bounds());
+        for node in nodes {
+            to.push(node.lanes().count() as u8);
+            for (lane, link) in node.lanes() {
+                write_box(&mut to, &node.bounds(lane));
+                to.extend(link.bits().to_le_bytes());
+            }
+        }
+        for block in blocks {
+            to.push(block.primitives().len() as u8);
+            block.primitives().iter().for_each(|primitive| to.extend(primitive.to_le_bytes()));
+        }
+        to.extend(digest(&to).to_le_bytes());
+        to
+    }
+
+    /// A tree that [`WideMesh::to_bytes`] wrote, for the same triangles: the same to the bit, but that the lanes of a refitted one are sorted anew.
+    ///
+    /// What is given back keeps the promises of [`WideTree`], every triangle stands in it, and the boxes of its leaves contain it. Of a triangle
+    /// that spatial splits cut, it is the leaves together whose boxes do; that there is no gap between them rests on the digest.
+    ///
+    /// # Errors
+    /// The bytes are no tree, damaged, a tree of other triangles, or break a promise.
+    pub fn from_bytes(bytes: &[u8], triangles: &Triangles) -> Result<Self, TreeFileError> {
+        let mut from = Reader::open(bytes)?;
+        let head = Head::read(&mut from)?;
+        if head.triangles as usize != triangles.len() || head.fingerprint != triangles.fingerprint() {
+            return Err(TreeFileError::OtherMesh);
+        }
+        let least = head.nodes.checked_mul(LEAST_NODE_BYTES).zip(head.blocks.checked_mul(LEAST_BLOCK_BYTES));
+        let fits = least.and_then(|(nodes, blocks)| nodes.checked_add(blocks)).is_some_and(|all| all <= from.0.len());
+        if !fits || head.nodes.max(head.blocks) > WideLink::MAX_INDEX as usize {
+            return Err(TreeFileError::Unsound { what: "more nodes or blocks than there are bytes for" });
+        }
+        let nodes = read_nodes(&mut from, head.nodes)?;
+        let blocks = read_blocks(&mut from, head.blocks, triangles)?;
+        if !from.0.is_empty() {
+            return Err(TreeFileError::Unsound { what: "bytes behind the last block" });
+        }
+        let tree = WideTree { nodes, units: blocks.len() as u32, bounds: head.bounds };
+        tree.validate()?;
+        let mesh = Self::from_parts(tree, blocks, head.triangles);
+        mesh.check_leaves(triangles)?;
+        Ok(mesh)
+    }
+
+    /// Whether every triangle is where its leaves say, which [`WideTree::validate`] cannot know.
+    fn check_leaves(&self, triangles: &Triangles) -> Result<(), TreeFileError> {
+        if self.tree().nodes().is_empty() && self.bounds() != Aabb::EMPTY {
+            return Err(TreeFileError::Unsound { what: "a box around nothing" });
+        }
+        let mut met: Vec<Option<Aabb>> = vec![None; triangles.len()];
+        for node in self.tree().nodes() {
+            for (lane, link) in node.lanes() {
+                let WideTarget::Units(units) = link.target() else { continue };
+                for &primitive in
+                    self.blocks()[units.start as usize..units.end as usize].iter().flat_map(|b| b.primitives())
+                {
+                    let so_far = &mut met[primitive as usize];
+                    *so_far = Some(so_far.unwrap_or(Aabb::EMPTY).union(&node.bounds(lane)));
+                }
+            }
+        }
+        for (bounds, triangle) in met.iter().zip(0..) {
+            let Some(bounds) = bounds else { return Err(TreeFileError::Unsound { what: "a triangle in no leaf" }) };
+            if !bounds.contains(&triangles.bounds_of(triangle)) {
+                return Err(TreeFileError::Unsound { what: "a triangle that reaches out of its leaves" });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What stands before the nodes.
+struct Head {
+    triangles: u32,
+    fingerprint: u64,
+    nodes: usize,
+    blocks: usize,
+    bounds: Aabb,
+}
+
+impl Head {
+    fn read(from: &mut Reader<'_>) -> Result<Self, TreeFileError> {
+        Ok(Self {
+            triangles: from.u32()?,
+            fingerprint: u64::from_le_bytes(from.take()?),
+            nodes: from.u32()? as usize,
+            blocks: from.u32()? as usize,
+            bounds: from.bounds()?,
+        })
+    }
+}
+
+fn read_nodes(from: &mut Reader<'_>, count: usize) -> Result<Vec<WideNode>, TreeFileError> {
+    let mut nodes: Vec<WideNode> = with_room(count);
+    for _ in 0..count {
+        let [lanes] = from.take()?;
+        if !(1..=LANES).contains(&lanes.into()) {
+            return Err(TreeFileError::Unsound { what: "a node with no lane, or more than eight" });
+        }
+        let mut node = WideNode::new(u32::MAX);
+        for lane in 0..lanes.into() {
+            node.set_box(lane, &from.bounds()?);
+            node.links[lane] = from.u32()?;
+            node.in_use |= 1 << lane;
+        }
+        node.sort_lanes();
+        nodes.push(node);
+    }
+    for at in 0..count {
+        for lane in 0..LANES {
+            let Some(link) = nodes[at].link(lane).filter(|link| !link.is_leaf()) else { continue };
+            let child = link.bits() as usize;
+            if !(at + 1..count).contains(&child) {
+                return Err(TreeFileError::Unsound { what: "a node that leads backwards, or nowhere" });
+            }
+            nodes[child].parent_lane = (at * LANES + lane) as u32;
+        }
+    }
+    Ok(nodes)
+}
+
+fn read_blocks(
+    from: &mut Reader<'_>,
+    count: usize,
+    triangles: &Triangles,
+) -> Result<Vec<TriangleBlock>, TreeFileError> {
+    let mut blocks = with_room(count);
+    for _ in 0..count {
+        let [lanes] = from.take()?;
+        if !(1..=BLOCK).contains(&lanes.into()) {
+            return Err(TreeFileError::Unsound { what: "a block with no triangle, or more than four" });
+        }
+        let mut primitives = [0; BLOCK];
+        let primitives = &mut primitives[..lanes.into()];
+        for primitive in &mut *primitives {
+            *primitive = from.u32()?;
+        }
+        if primitives.iter().any(|&primitive| primitive as usize >= triangles.len()) {
+            return Err(TreeFileError::Unsound { what: "a triangle that the mesh does not have" });
+        }
+        blocks.push(TriangleBlock::new(primitives, |triangle| triangles.get(triangle)));
+    }
+    Ok(blocks)
+}
+
+/// What has not been read yet, without the digest.
+struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    /// Behind the version. The digest has been compared.
+    fn open(bytes: &'a [u8]) -> Result<Self, TreeFileError> {
+        let mut from = Self(bytes);
+        if from.take().ok() != Some(MAGIC) {
+            return Err(TreeFileError::NotATree);
+        }
+        let version = from.u32()?;
+        if version != VERSION {
+            return Err(TreeFileError::OtherVersion { found: version });
+        }
+        let (body, expected) = bytes.split_last_chunk::<DIGEST_BYTES>().ok_or(TreeFileError::Damaged)?;
+        if digest(body) != u64::from_le_bytes(*expected) {
+            return Err(TreeFileError::Damaged);
+        }
+        body.get(MAGIC.len() + 4..).map(Self).ok_or(TreeFileError::Damaged)
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], TreeFileError> {
+        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(TreeFileError::Damaged)?;
+        self.0 = rest;
+        Ok(*taken)
+    }
+
+    fn u32(&mut self) -> Result<u32, TreeFileError> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    /// A box that is the right way round, or the empty one.
+    fn bounds(&mut self) -> Result<Aabb, TreeFileError> {
+        let mut planes = [0.0; 6];
+        for plane in &mut planes {
+            *plane = f32::from_bits(self.u32()?);
+        }
+        let [a, b, c, d, e, f] = planes;
+        let bounds = Aabb::new([a, b, c], [d, e, f]);
+        let is_box = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis]) || bounds == Aabb::EMPTY;
+        if is_box { Ok(bounds) } else { Err(TreeFileError::Unsound { what: "a box that is inside out, or no number" }) }
+    }
+}
+
+fn write_box(to: &mut Vec<u8>, bounds: &Aabb) {
+    bounds.min.iter().chain(&bounds.max).for_each(|plane| to.extend(plane.to_le_bytes()));
+}
+
+fn digest(bytes: &[u8]) -> u64 {
+    let mut digest = Digest::new();
+    digest.bytes(bytes);
+    digest.finish()
+}
