@@ -26,7 +26,8 @@ const EXAMPLES: &str = "\
 Examples:
   kinetree                                              the built-in race, to race.png
   kinetree render town.glb --time 2.5 --out town.png    one moment of a scene
-  kinetree inspect town.glb                             its meshes and trees";
+  kinetree inspect town.glb                             its meshes and trees
+  kinetree bake town.glb --out town.trees               its best trees, built once for later use";
 
 /// What every command understands.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -51,6 +52,9 @@ pub(crate) enum Command {
     /// Tell what a scene consists of, and check every tree
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(InspectArgs),
+    /// Build the trees of a scene's static and rigid meshes as well as can be, once, to a file
+    #[command(after_help = BAKE_EXAMPLES)]
+    Bake(BakeArgs),
 }
 
 const RENDER_EXAMPLES: &str = "\
@@ -60,6 +64,7 @@ Examples:
   kinetree render town.glb --camera 4,2,6:0,1,0:40 --exposure 1
   kinetree render town.glb --frames 0..24 --fps 12 --out lap/%04d.png
   kinetree render town.glb --integrator heatmap --out heat.png --json
+  kinetree render town.glb --trees town.trees --out town.png
 
 A file name may hold one %04d (or %d, %02d, ...), which becomes the number of the frame. Directories are made. Files
 appear whole or not at all. The same seed gives the same picture for any number of threads.";
@@ -69,8 +74,18 @@ Examples:
   kinetree inspect
   kinetree inspect town.glb --time 2.5 --all
   kinetree inspect town.glb --json
+  kinetree inspect town.glb --trees town.trees
 
 Ends with exit code 1 when any tree breaks one of its promises.";
+
+const BAKE_EXAMPLES: &str = "\
+Examples:
+  kinetree bake --out race.trees
+  kinetree bake town.glb --out town.trees
+  kinetree render town.glb --trees town.trees --out town.png
+
+Each tree is bound to its mesh: when the scene changes, bake again. Pictures are the same with and without; only the
+time to load and to trace differs. Meshes that bend or come and go have no tree in the file.";
 
 /// Pictures to make.
 #[derive(Debug, Clone, clap::Args)]
@@ -108,6 +123,9 @@ pub(crate) struct RenderArgs {
     /// How bright: each step of one doubles [default: automatic, and the first frame's for all frames]
     #[arg(long, value_name = "EV", value_parser = exposure_value, allow_hyphen_values = true)]
     pub(crate) exposure: Option<f32>,
+    /// Take the trees of static and rigid meshes from a file that `kinetree bake` made
+    #[arg(long, value_name = "TREES")]
+    pub(crate) trees: Option<PathBuf>,
 }
 
 impl RenderArgs {
@@ -125,6 +143,7 @@ impl RenderArgs {
             camera: None,
             integrator: IntegratorKind::Path,
             exposure: None,
+            trees: None,
         }
     }
 }
@@ -140,6 +159,19 @@ pub(crate) struct InspectArgs {
     /// List all meshes, not only the largest
     #[arg(long)]
     pub(crate) all: bool,
+    /// Take the trees of static and rigid meshes from a file that `kinetree bake` made
+    #[arg(long, value_name = "TREES")]
+    pub(crate) trees: Option<PathBuf>,
+}
+
+/// Which trees to build beforehand.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct BakeArgs {
+    /// A glTF 2.0 file (.glb or .gltf) [default: the built-in race]
+    pub(crate) scene: Option<PathBuf>,
+    /// Where the trees go [default: the scene's name with .trees, in the current directory]
+    #[arg(long, short, value_name = "TREES")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 fn integrators() -> impl TypedValueParser<Value = IntegratorKind> {

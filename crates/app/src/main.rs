@@ -1,10 +1,11 @@
 //! `kinetree`, the command line: pictures of moving scenes, and what their trees look like.
 //!
-//! `args` is what one can say, `scene` opens what is spoken of, `render` and `inspect` do the work. For them, `camera` finds
-//! who looks, `names` and `output` put files in their places, `progress` keeps people patient, and `summary`, `trees` and
+//! `args` is what one can say, `scene` opens what is spoken of, `render`, `inspect` and `bake` do the work. For them, `camera` finds
+//! who looks, `names` and `output` put files in their places, `tree_file` keeps trees for later, `progress` keeps people patient, and `summary`, `trees` and
 //! `figures` tell what came of it. `failure` is how all of it ends when it ends badly.
 
 mod args;
+mod bake;
 mod camera;
 mod failure;
 mod figures;
@@ -17,6 +18,7 @@ mod render;
 mod scene;
 mod summary;
 mod table;
+mod tree_file;
 mod trees;
 
 use std::process::ExitCode;
@@ -45,6 +47,7 @@ fn run(args: &Args) -> Result<(), Failure> {
     match &args.command {
         Some(Command::Render(render)) => render::run(render, &args.common),
         Some(Command::Inspect(inspect)) => inspect::run(inspect, &args.common),
+        Some(Command::Bake(bake)) => bake::run(bake, &args.common),
         None => {
             let race = RenderArgs::built_in_race();
             if !args.common.quiet {

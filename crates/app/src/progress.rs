@@ -22,6 +22,9 @@ enum Display {
     Lines { start: Instant, latest: Mutex<Instant> },
 }
 
+/// How fine a bar is that is told shares.
+const STEPS: u64 = 10_000;
+
 /// How long a log waits for the next line.
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
@@ -51,14 +54,19 @@ impl Progress {
                 }
                 bar.inc(1);
             }
-            Display::Lines { start, latest } => {
-                // Whoever is writing a line already will do.
-                let Ok(mut latest) = latest.try_lock() else { return };
-                if latest.elapsed() >= BETWEEN_LINES {
-                    *latest = Instant::now();
-                    output::remark(&line(done, total, start.elapsed()));
-                }
+            Display::Lines { start, latest } => write_line(*start, latest, done as f64 / total.max(1) as f64),
+        }
+    }
+
+    /// So much of all is done, from 0 to 1.
+    pub(crate) fn reach(&self, share: f64) {
+        match &self.display {
+            Display::None => {}
+            Display::Bar(bar) => {
+                bar.set_length(STEPS);
+                bar.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);
             }
+            Display::Lines { start, latest } => write_line(*start, latest, share),
         }
     }
 
@@ -70,14 +78,23 @@ impl Progress {
     }
 }
 
+/// A line, unless there was one a moment ago.
+fn write_line(start: Instant, latest: &Mutex<Instant>, share: f64) {
+    // Whoever is writing a line already will do.
+    let Ok(mut latest) = latest.try_lock() else { return };
+    if latest.elapsed() >= BETWEEN_LINES {
+        *latest = Instant::now();
+        output::remark(&line(share, start.elapsed()));
+    }
+}
+
 fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {elapsed} gone, {eta} left")
         .expect("the template is a constant, and a sound one");
     ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(5)).with_style(style)
 }
 
-fn line(done: u64, total: u64, elapsed: Duration) -> String {
-    let share = done as f64 / total.max(1) as f64;
+fn line(share: f64, elapsed: Duration) -> String {
     let left = elapsed.as_secs_f64() * (1.0 - share) / share.max(1e-9);
     format!("{:.0} % done, {:.0} s gone, {left:.0} s left", share * 100.0, elapsed.as_secs_f64())
 }
@@ -88,6 +105,6 @@ mod tests {
 
     #[test]
     fn a_line_tells_how_far_and_how_long() {
-        assert_eq!(line(25, 100, Duration::from_secs(10)), "25 % done, 10 s gone, 30 s left");
+        assert_eq!(line(0.25, Duration::from_secs(10)), "25 % done, 10 s gone, 30 s left");
     }
 }

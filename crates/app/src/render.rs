@@ -21,7 +21,7 @@ use crate::trees::CommitFigures;
 pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let numbers = args.frames.clone().unwrap_or(0..1);
     let names = FileNames::new(args.out.as_deref(), &scene::stem(args.scene.as_deref()), numbers.len() > 1)?;
-    let opened = scene::open(args.scene.as_deref())?;
+    let opened = scene::open(args.scene.as_deref(), args.trees.as_deref())?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }

@@ -7,6 +7,7 @@ use kinetree::FrameReport;
 use kinetree_render::{Frame, World, default_lighting};
 
 use crate::failure::Failure;
+use crate::tree_file::TreeFile;
 
 /// A scene that is ready for any moment.
 pub(crate) struct Opened {
@@ -15,12 +16,23 @@ pub(crate) struct Opened {
     pub(crate) world: World,
     /// What was ignored or repaired, one line each.
     pub(crate) notes: Vec<String>,
-    /// Reading and making the world, before any tree is built.
+    /// Reading and making the world, and taking in trees from a file, before any tree is built.
     pub(crate) load_time: Duration,
     /// The commit that built all trees, at time 0.
     pub(crate) first_commit: FrameReport,
     /// The scene brought no light and was given daylight.
     pub(crate) has_default_lighting: bool,
+}
+
+/// A scene without trees.
+pub(crate) struct Loaded {
+    /// As [`Opened::name`].
+    pub(crate) name: String,
+    pub(crate) world: World,
+    /// What was ignored or repaired, one line each.
+    pub(crate) notes: Vec<String>,
+    /// Reading and making the world.
+    pub(crate) load_time: Duration,
 }
 
 /// The race has the same trees and spectators always; the seed of a picture only changes its noise.
@@ -32,11 +44,11 @@ pub(crate) fn stem(path: Option<&Path>) -> String {
     path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Loads a file, or makes the race, and builds its trees.
-pub(crate) fn open(path: Option<&Path>) -> Result<Opened, Failure> {
+/// Loads a file, or makes the race.
+pub(crate) fn load(path: Option<&Path>) -> Result<Loaded, Failure> {
     let name = path.map_or_else(|| "the built-in race".to_owned(), |path| path.display().to_string());
     let start = Instant::now();
-    let (mut world, notes) = match path {
+    let (world, notes) = match path {
         None => (kinetree_race::world(RACE_SEED), Vec::new()),
         Some(path) => {
             check_extension(path)?;
@@ -44,7 +56,19 @@ pub(crate) fn open(path: Option<&Path>) -> Result<Opened, Failure> {
             (loaded.world, loaded.notes)
         }
     };
-    let load_time = start.elapsed();
+    Ok(Loaded { name, world, notes, load_time: start.elapsed() })
+}
+
+/// Loads a file, or makes the race, and takes its trees from another file, or builds them.
+pub(crate) fn open(path: Option<&Path>, trees: Option<&Path>) -> Result<Opened, Failure> {
+    // What is wrong with the smaller file is said before the larger one is read.
+    let trees = trees.map(TreeFile::open).transpose()?;
+    let Loaded { name, mut world, notes, mut load_time } = load(path)?;
+    if let Some(trees) = trees {
+        let start = Instant::now();
+        trees.hand_to(&mut world.scene, &name, path)?;
+        load_time += start.elapsed();
+    }
     let first_commit = frame_of(&mut world, &name, 0.0)?.view.report().clone();
     let has_default_lighting =
         default_lighting(&mut world).map_err(|error| Failure::work(format!("{name}: at time 0: {error}")))?;

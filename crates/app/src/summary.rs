@@ -209,7 +209,11 @@ impl fmt::Display for Summary {
         let peak = self.memory.process_peak.map(|peak| format!(", {} process peak", bytes(peak)));
         writeln!(f, "{}", peak.unwrap_or_default())?;
         let first_commit = self.first_commit.total_ms.map(|ms| format!(", first commit {ms:.1} ms"));
-        writeln!(f, "  load       {:.1} ms{}", self.load_ms, first_commit.unwrap_or_default())?;
+        let loaded = match self.first_commit.loaded {
+            0 => String::new(),
+            loaded => format!(", {} from a file", figures::of(loaded as u64, "tree", "trees")),
+        };
+        writeln!(f, "  load       {:.1} ms{}{loaded}", self.load_ms, first_commit.unwrap_or_default())?;
         write!(f, "{}", self.report)
     }
 }

@@ -1,10 +1,23 @@
 //! What there is to say about trees, and about commits that keep them.
 
 use kinetree::wide::{WideTree, WideViolation};
-use kinetree::{Action, FrameReport, WideMesh, WideTop};
+use kinetree::{Action, FrameReport, Motion, WideMesh, WideTop};
 use serde::Serialize;
 
 use crate::figures::millis;
+
+/// How meshes move, and what that is called.
+pub(crate) const MOTIONS: [(Motion, &str); 4] = [
+    (Motion::Static, "static"),
+    (Motion::Rigid, "rigid"),
+    (Motion::Deforming, "deforming"),
+    (Motion::Rebuilt, "rebuilt"),
+];
+
+/// What it is called.
+pub(crate) fn name_of(motion: Motion) -> &'static str {
+    MOTIONS.iter().find(|(other, _)| *other == motion).map_or("", |&(_, name)| name)
+}
 
 /// One tree.
 #[derive(Debug, Clone, Serialize)]
@@ -52,6 +65,8 @@ pub(crate) struct CommitFigures {
     pub(crate) mesh_ms: Option<f64>,
     pub(crate) top_level_ms: Option<f64>,
     pub(crate) built: usize,
+    /// Taken from a file of trees.
+    pub(crate) loaded: usize,
     pub(crate) rebuilt: usize,
     pub(crate) refitted: usize,
     pub(crate) kept: usize,
@@ -73,6 +88,7 @@ impl CommitFigures {
             mesh_ms: report.mesh_time.map(millis),
             top_level_ms: report.top_level.time.map(millis),
             built: report.count(Action::Built),
+            loaded: report.count(Action::Loaded),
             rebuilt: report.count(Action::Rebuilt),
             refitted: report.count(Action::Refitted),
             kept: report.count(Action::Kept),

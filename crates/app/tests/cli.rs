@@ -1,105 +1,13 @@
 //! The program as its users meet it: files, figures, exit codes.
 
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
+use std::process::Command;
 
+use common::{Desk, errors_of, triangle};
 use serde_json::Value;
-use tempfile::TempDir;
-
-/// Runs the program in a directory of its own.
-struct Desk(TempDir);
-
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("there is room for a directory"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, args: &str) -> Output {
-        let args = args.split_whitespace();
-        let program = env!("CARGO_BIN_EXE_kinetree");
-        Command::new(program).args(args).current_dir(self.0.path()).output().expect("the program starts")
-    }
-
-    /// Runs what must succeed, and gives its standard output.
-    fn succeed(&self, args: &str) -> String {
-        let output = self.run(args);
-        assert!(output.status.success(), "{args}: {}", errors_of(&output));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    fn json(&self, args: &str) -> Value {
-        serde_json::from_str(&self.succeed(args)).expect("standard output is one JSON object and nothing else")
-    }
-
-    /// Runs what must fail with a code and without a file, and gives what it complains of.
-    fn fail(&self, args: &str, code: i32) -> String {
-        let before = self.files();
-        let output = self.run(args);
-        let errors = errors_of(&output);
-        assert_eq!(output.status.code(), Some(code), "{args}: {errors}");
-        assert!(output.stdout.is_empty(), "{args}");
-        assert_eq!(self.files(), before, "{args}");
-        assert!(!errors.contains("panicked"), "{args}: {errors}");
-        errors
-    }
-
-    /// As [`Desk::fail`] with code 1, and all in one line.
-    fn fail_in_one_line(&self, args: &str) -> String {
-        let errors = self.fail(args, 1);
-        assert_eq!(errors.trim_end().lines().count(), 1, "{args}: {errors}");
-        errors
-    }
-
-    fn files(&self) -> Vec<PathBuf> {
-        fn all_in(directory: &Path, files: &mut Vec<PathBuf>) {
-            for entry in fs::read_dir(directory).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    all_in(&path, files);
-                } else {
-                    files.push(path);
-                }
-            }
-        }
-        let mut files = Vec::new();
-        all_in(self.0.path(), &mut files);
-        files.sort();
-        files
-    }
-
-    /// The bytes of a picture, which must be of this size and show something.
-    fn picture(&self, name: &str, size: (u32, u32)) -> Vec<u8> {
-        let picture = image::open(self.path(name)).expect("a whole PNG").to_rgb8();
-        assert_eq!(picture.dimensions(), size, "{name}");
-        let first = picture.get_pixel(0, 0);
-        assert!(picture.pixels().any(|pixel| pixel != first), "{name} has one colour");
-        picture.into_raw()
-    }
-}
-
-fn errors_of(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// One triangle without a camera and without light, as a glTF file that needs no other.
-fn triangle(file: &Path) {
-    // Three positions, little-endian: (0, 0, 0), (1, 0, 0), (0, 1, 0), in base 64.
-    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
-    let text = format!(
-        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
-            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
-            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-                            "min": [0, 0, 0], "max": [1, 1, 0]}}],
-            "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
-            "buffers": [{{"byteLength": 36, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
-    );
-    fs::write(file, text).unwrap();
-}
 
 #[test]
 fn the_race_becomes_a_picture_and_a_summary() {
@@ -259,7 +167,7 @@ fn a_rendering_that_is_broken_off_leaves_no_file() {
     let before = desk.files();
     let mut endless = Command::new(env!("CARGO_BIN_EXE_kinetree"))
         .args(["render", "small.gltf", "--size", "64x64", "--spp", "4000000", "--quiet", "--out", "never.png"])
-        .current_dir(desk.0.path())
+        .current_dir(desk.path("."))
         .spawn()
         .expect("the program starts");
     std::thread::sleep(std::time::Duration::from_millis(500));
@@ -353,7 +261,7 @@ fn the_race_is_inspected_and_every_tree_keeps_its_promises() {
 fn help_and_version_are_there() {
     let desk = Desk::new();
     assert!(desk.succeed("--version").contains(env!("CARGO_PKG_VERSION")));
-    for args in ["--help", "render --help", "inspect --help"] {
+    for args in ["--help", "render --help", "inspect --help", "bake --help"] {
         assert!(desk.succeed(args).contains("Examples:"), "{args}");
     }
     assert!(desk.succeed("render --help").contains("[default: 1280x720]"));

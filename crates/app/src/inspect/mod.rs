@@ -14,11 +14,11 @@ use crate::figures::{self, millis};
 use crate::output::{remark, say};
 use crate::scene;
 use crate::summary::{MemoryFigures, SceneFigures};
-use crate::trees::{CommitFigures, TreeFigures};
+use crate::trees::{CommitFigures, MOTIONS, TreeFigures, name_of};
 
 /// Prints what there is to say, and fails if any tree is not valid.
 pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
-    let mut opened = scene::open(args.scene.as_deref())?;
+    let mut opened = scene::open(args.scene.as_deref(), args.trees.as_deref())?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }
@@ -49,13 +49,6 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
 
 /// How many meshes a table shows unless all are asked for.
 const SHOWN: usize = 20;
-
-const MOTIONS: [(Motion, &str); 4] = [
-    (Motion::Static, "static"),
-    (Motion::Rigid, "rigid"),
-    (Motion::Deforming, "deforming"),
-    (Motion::Rebuilt, "rebuilt"),
-];
 
 /// Everything about a scene at one moment.
 #[derive(Debug, Serialize)]
@@ -148,7 +141,7 @@ fn meshes(view: &Snapshot) -> Vec<MeshFigures> {
 fn seen(instance: &kinetree::InstanceView<'_>) -> SeenMesh {
     let kind = instance.motion();
     SeenMesh {
-        motion: MOTIONS.iter().find(|(motion, _)| *motion == kind).map_or("", |&(_, name)| name),
+        motion: name_of(kind),
         kind,
         vertices: instance.positions().len(),
         geometry_bytes: size_of_val(instance.positions())

@@ -57,6 +57,10 @@ impl Inspection {
         ];
         let peak = self.memory.process_peak.map(|peak| format!(", {} process peak", bytes(peak)));
         let build = self.first_commit.total_ms.map(|ms| format!(", first commit {ms:.1} ms"));
+        let loaded = match self.first_commit.loaded {
+            0 => String::new(),
+            loaded => format!(", {} from a file", figures::of(loaded as u64, "tree", "trees")),
+        };
         let mut lines = vec![
             scene.name.clone(),
             format!("  time       {:.3} s, {motion}", self.time_s),
@@ -70,7 +74,7 @@ impl Inspection {
                 bytes(self.memory.textures),
                 peak.unwrap_or_default()
             ),
-            format!("  load       {:.1} ms{}", self.load_ms, build.unwrap_or_default()),
+            format!("  load       {:.1} ms{}{loaded}", self.load_ms, build.unwrap_or_default()),
         ];
         if self.commit.left_out > 0 {
             let left_out = figures::of(self.commit.left_out as u64, "instance", "instances");

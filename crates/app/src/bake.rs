@@ -1,0 +1,162 @@
+//! `kinetree bake`: the trees of what never bends, built once and as well as can be, to a file.
+//!
+//! The offline build of Bikker's lecture "Ray Tracing for Games", part 6.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::time::Instant;
+
+use kinetree::build::{self, BuildOptions, Quality};
+use kinetree::geometry::Triangles;
+use kinetree::{Mesh, Motion, WideMesh};
+use serde::Serialize;
+
+use crate::args::{BakeArgs, Common};
+use crate::failure::Failure;
+use crate::figures::{self, bytes, count, millis};
+use crate::output::{prepare, remark, say, write_whole};
+use crate::progress::Progress;
+use crate::scene::{self, Loaded};
+use crate::tree_file::{is_baked, pack};
+use crate::trees::name_of;
+
+/// Builds the trees and writes them.
+pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
+    let out = args.out.clone().unwrap_or_else(|| format!("{}.trees", scene::stem(args.scene.as_deref())).into());
+    let loaded = scene::load(args.scene.as_deref())?;
+    if !common.quiet {
+        loaded.notes.iter().for_each(|note| remark(&format!("{}: {note}", loaded.name)));
+    }
+    prepare(&out)?;
+    let start = Instant::now();
+    let progress = Progress::new(1, common.quiet);
+    let baked = bake_all(&loaded, &progress);
+    progress.finish();
+    let (trees, figures) = baked?;
+    let file = pack(&trees);
+    write_whole(&out, &file)?;
+    let summary = Summary {
+        scene: loaded.name,
+        file: out.display().to_string(),
+        bytes: file.len(),
+        quality: "best",
+        threads: rayon::current_num_threads(),
+        meshes: loaded.world.scene.meshes().count(),
+        left_out: loaded.world.scene.meshes().filter(|(_, _, motion)| !is_baked(*motion)).count(),
+        load_ms: millis(loaded.load_time),
+        bake_ms: millis(start.elapsed()),
+        trees: figures,
+    };
+    if common.json {
+        let json = serde_json::to_string_pretty(&summary);
+        say(&json.map_err(|error| Failure::work(format!("the summary cannot be written: {error}")))?)
+    } else if common.quiet {
+        Ok(())
+    } else {
+        say(&summary.to_string())
+    }
+}
+
+/// A tree for each mesh that never bends; one for all that are alike.
+fn bake_all(loaded: &Loaded, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<TreeFigures>), Failure> {
+    let mut wanted: Vec<(&Mesh, Motion, Vec<usize>)> = Vec::new();
+    let mut place_of: HashMap<u64, usize> = HashMap::new();
+    for (number, (_, mesh, motion)) in loaded.world.scene.meshes().enumerate() {
+        if is_baked(motion) {
+            let place = *place_of.entry(mesh.fingerprint()).or_insert(wanted.len());
+            match wanted.get_mut(place) {
+                Some((_, _, numbers)) => numbers.push(number),
+                None => wanted.push((mesh, motion, vec![number])),
+            }
+        }
+    }
+    let all: usize = wanted.iter().map(|(mesh, ..)| mesh.triangles().len()).sum();
+    let (mut trees, mut figures, mut done) = (Vec::new(), Vec::new(), 0);
+    for (mesh, motion, meshes) in wanted {
+        let (tree, of_tree) = bake_one(mesh, motion, meshes);
+        trees.push(tree);
+        figures.push(of_tree);
+        done += mesh.triangles().len();
+        progress.reach(done as f64 / all.max(1) as f64);
+    }
+    Ok((trees, figures))
+}
+
+fn bake_one(mesh: &Mesh, motion: Motion, meshes: Vec<usize>) -> (Vec<u8>, TreeFigures) {
+    let start = Instant::now();
+    let triangles = Triangles::new(mesh.positions().to_vec(), mesh.triangles().into());
+    let triangles = triangles.expect("a mesh has only indices in range");
+    let mut options = BuildOptions::default();
+    options.quality = Quality::Best;
+    let tree = WideMesh::new(&build::triangles(&triangles, &options), &triangles);
+    let bytes = tree.to_bytes(&triangles);
+    let figures = TreeFigures {
+        meshes,
+        motion: name_of(motion),
+        triangles: triangles.len(),
+        nodes: tree.node_count(),
+        cost: tree.cost(1.0, 1.0),
+        bytes: bytes.len(),
+        build_ms: millis(start.elapsed()),
+    };
+    (bytes, figures)
+}
+
+/// What was baked.
+#[derive(Debug, Serialize)]
+struct Summary {
+    scene: String,
+    file: String,
+    /// Of the file.
+    bytes: usize,
+    quality: &'static str,
+    threads: usize,
+    /// In the scene.
+    meshes: usize,
+    /// Meshes that bend or come and go, whose trees are built where they are used.
+    left_out: usize,
+    load_ms: f64,
+    bake_ms: f64,
+    trees: Vec<TreeFigures>,
+}
+
+/// One tree in the file.
+#[derive(Debug, Serialize)]
+struct TreeFigures {
+    /// Whose it is, numbered as `inspect` numbers them; several that are alike share one.
+    meshes: Vec<usize>,
+    motion: &'static str,
+    triangles: usize,
+    nodes: usize,
+    /// What a ray that hits the root is expected to cost, in visits of nodes and tests of blocks of four triangles.
+    cost: f32,
+    bytes: usize,
+    build_ms: f64,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let triangles: usize = self.trees.iter().map(|tree| tree.triangles).sum();
+        let nodes: usize = self.trees.iter().map(|tree| tree.nodes).sum();
+        let served: usize = self.trees.iter().map(|tree| tree.meshes.len()).sum();
+        writeln!(f, "{}", self.file)?;
+        writeln!(
+            f,
+            "  scene      {}: {}, {} of them static or rigid",
+            self.scene,
+            figures::of(self.meshes as u64, "mesh", "meshes"),
+            count(served as u64)
+        )?;
+        writeln!(
+            f,
+            "  trees      {} over {}, {} nodes, {} quality",
+            figures::of(self.trees.len() as u64, "tree", "trees"),
+            figures::of(triangles as u64, "triangle", "triangles"),
+            count(nodes as u64),
+            self.quality
+        )?;
+        writeln!(f, "  file       {}", bytes(self.bytes as u64))?;
+        let threads = figures::of(self.threads as u64, "thread", "threads");
+        write!(f, "  time       {:.1} ms, {threads}; load {:.1} ms", self.bake_ms, self.load_ms)
+    }
+}
