@@ -4,9 +4,10 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::time::Instant;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
 
-use kinetree::build::{self, BuildOptions, Quality};
+use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use kinetree::geometry::Triangles;
 use kinetree::{Mesh, Motion, WideMesh};
 use serde::Serialize;
@@ -73,22 +74,28 @@ fn bake_all(loaded: &Loaded, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<T
     let all: usize = wanted.iter().map(|(mesh, ..)| mesh.triangles().len()).sum();
     let (mut trees, mut figures, mut done) = (Vec::new(), Vec::new(), 0);
     for (mesh, motion, meshes) in wanted {
-        let (tree, of_tree) = bake_one(mesh, motion, meshes);
+        let here = mesh.triangles().len();
+        let reach = |share: f64| progress.reach((done as f64 + share * here as f64) / all.max(1) as f64);
+        let (tree, of_tree) = bake_one(mesh, motion, meshes, &reach)?;
         trees.push(tree);
         figures.push(of_tree);
-        done += mesh.triangles().len();
-        progress.reach(done as f64 / all.max(1) as f64);
+        done += here;
     }
     Ok((trees, figures))
 }
 
-fn bake_one(mesh: &Mesh, motion: Motion, meshes: Vec<usize>) -> (Vec<u8>, TreeFigures) {
+fn bake_one(
+    mesh: &Mesh,
+    motion: Motion,
+    meshes: Vec<usize>,
+    reach: &(dyn Fn(f64) + Sync),
+) -> Result<(Vec<u8>, TreeFigures), Failure> {
     let start = Instant::now();
     let triangles = Triangles::new(mesh.positions().to_vec(), mesh.triangles().into());
     let triangles = triangles.expect("a mesh has only indices in range");
     let mut options = BuildOptions::default();
     options.quality = Quality::Best;
-    let tree = WideMesh::new(&build::triangles(&triangles, &options), &triangles);
+    let tree = build_and_tell(&triangles, &options, reach).map_err(|error| Failure::work(error.to_string()))?;
     let bytes = tree.to_bytes(&triangles);
     let figures = TreeFigures {
         meshes,
@@ -99,7 +106,33 @@ fn bake_one(mesh: &Mesh, motion: Motion, meshes: Vec<usize>) -> (Vec<u8>, TreeFi
         bytes: bytes.len(),
         build_ms: millis(start.elapsed()),
     };
-    (bytes, figures)
+    Ok((bytes, figures))
+}
+
+/// How long somebody waits for the next look at a build.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
+
+/// Builds, while another thread tells how far it is.
+fn build_and_tell(
+    triangles: &Triangles,
+    options: &BuildOptions,
+    reach: &(dyn Fn(f64) + Sync),
+) -> Result<WideMesh, Cancelled> {
+    let watch = Watch::new();
+    let (ended, end) = mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        let looks = &watch;
+        scope.spawn(move || {
+            // Until the other side is gone.
+            while end.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
+                reach(looks.progress().into());
+            }
+            reach(looks.progress().into());
+        });
+        let tree = build::watched(triangles, options, &watch);
+        drop(ended);
+        tree
+    })
 }
 
 /// What was baked.

@@ -23,6 +23,7 @@
 //!
 //! The modules stand in the order of their layers; each uses what stands before it only.
 
+mod watch;
 pub mod threads;
 mod clock;
 mod arena;

@@ -4,6 +4,8 @@
 
 use std::sync::Arc;
 
+use crate::watch::Watch;
+
 /// A pool of threads of the caller's own: a job system of a game engine, for instance.
 pub trait Executor: Send + Sync {
     /// Runs both, at once if a thread is free, and returns when both are done. May be called from within a job.
@@ -12,7 +14,11 @@ pub trait Executor: Send + Sync {
 
 /// Where builds and updates run.
 #[derive(Clone, Default)]
-pub struct Threads(Kind);
+pub struct Threads {
+    kind: Kind,
+    /// Who follows what they do.
+    watch: Option<Watch>,
+}
 
 #[derive(Clone, Default)]
 enum Kind {
@@ -26,7 +32,7 @@ enum Kind {
 
 impl std::fmt::Debug for Threads {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self.0 {
+        f.write_str(match self.kind {
             Kind::One => "Threads::one",
             #[cfg(feature = "parallel")]
             Kind::Shared => "Threads::shared",
@@ -38,18 +44,44 @@ impl std::fmt::Debug for Threads {
 impl Threads {
     /// Everything on the calling thread.
     pub fn one() -> Self {
-        Self(Kind::One)
+        Self { kind: Kind::One, watch: None }
     }
 
     /// The pool of the process (rayon's current one), which is also the default.
     #[cfg(feature = "parallel")]
     pub fn shared() -> Self {
-        Self(Kind::Shared)
+        Self { kind: Kind::Shared, watch: None }
     }
 
     /// The caller's own threads.
     pub fn of(executor: Arc<dyn Executor>) -> Self {
-        Self(Kind::Own(executor))
+        Self { kind: Kind::Own(executor), watch: None }
+    }
+
+    /// The same threads, for a build that is watched.
+    pub(crate) fn watched_by(&self, watch: &Watch) -> Self {
+        Self { watch: Some(watch.clone()), ..self.clone() }
+    }
+
+    /// See [`Watch`]. A builder that finds itself cancelled ends as soon as it can, with any tree at all: nobody will see it.
+    #[inline]
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.watch.as_ref().is_some_and(Watch::is_cancelled)
+    }
+
+    /// Another stage of a build begins, of so many units, and is taken to need `share` of what is left.
+    pub(crate) fn stage(&self, share: f32, units: usize) {
+        if let Some(watch) = &self.watch {
+            watch.stage(share, units);
+        }
+    }
+
+    /// So many more units of the stage are done. Not for every single one: threads wait for each other here.
+    #[inline]
+    pub(crate) fn tick(&self, units: usize) {
+        if let Some(watch) = &self.watch {
+            watch.tick(units);
+        }
     }
 
     /// Both results, computed at once if a thread is free.
@@ -58,7 +90,7 @@ impl Threads {
         one: impl FnOnce() -> A + Send,
         other: impl FnOnce() -> B + Send,
     ) -> (A, B) {
-        match &self.0 {
+        match &self.kind {
             Kind::One => (one(), other()),
             #[cfg(feature = "parallel")]
             Kind::Shared => rayon::join(one, other),

@@ -31,11 +31,15 @@ pub(crate) fn grow_with_room(
         return Bvh::default();
     }
     let bounds = bounds_of(&references, &options.threads);
+    options.threads.stage(SHARE, count);
     references.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
     let mut nodes = vec![UNUSED; 2 * references.len() - 1];
     let (root, below) = nodes.split_first_mut().expect("there is a reference, so there is a node");
     let plot = Plot { references: &mut references, count, first_place: 0, root, below, below_at: 1, bounds, depth: 1 };
     Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads }.grow(plot);
+    if options.threads.is_cancelled() {
+        return unfinished(bounds, references[0].id);
+    }
     if room > 0 {
         close_up_references(&mut references, &mut nodes);
     }
@@ -45,6 +49,17 @@ pub(crate) fn grow_with_room(
 
 /// No node leads to the root, so this link is free to mean that a node is not in use.
 const UNUSED: Node = Node { bounds: Aabb::EMPTY, link: Link::UNUSED };
+
+/// What a cancelled build ends with: a tree, so that nothing has to ask whether it is one, over a single primitive.
+pub(super) fn unfinished(bounds: Aabb, primitive: u32) -> Bvh {
+    Bvh::from_parts(vec![Node { bounds, link: Link::primitives(0..1) }], vec![primitive], 1)
+}
+
+/// Of the time that a build has left, for whoever watches it.
+const SHARE: f32 = 0.7;
+
+/// Subtrees with more references than this are grown at the same time.
+const SHARED_ABOVE: usize = GRAIN / 4;
 
 struct Growth<'a, C> {
     chooser: &'a C,
@@ -71,6 +86,10 @@ struct Plot<'a> {
 impl<C: Chooser> Growth<'_, C> {
     fn grow(&self, plot: Plot<'_>) {
         let Plot { references, count, first_place, root, below, below_at, bounds, depth } = plot;
+        if self.threads.is_cancelled() {
+            *root = Node { bounds, link: Link::primitives(first_place..first_place + 1) };
+            return;
+        }
         let (left, right) = match self.cut(references, count, &bounds, depth) {
             Cut::Leaf => {
                 *root = Node { bounds, link: Link::primitives(first_place..first_place + count as u32) };
@@ -110,11 +129,19 @@ impl<C: Chooser> Growth<'_, C> {
             bounds: sides[0],
             depth: depth + 1,
         };
-        if count > GRAIN / 4 {
-            self.threads.join(|| self.grow(here), || self.grow(there));
+        if count > SHARED_ABOVE {
+            self.threads.join(|| self.grow_and_tell(here), || self.grow_and_tell(there));
         } else {
             self.grow(here);
             self.grow(there);
+        }
+    }
+
+    fn grow_and_tell(&self, plot: Plot<'_>) {
+        let count = plot.count;
+        self.grow(plot);
+        if count <= SHARED_ABOVE {
+            self.threads.tick(count);
         }
     }
 

@@ -15,10 +15,13 @@ mod reference;
 mod reinsert;
 mod spatial;
 mod triangles;
+mod watched;
 
+pub use crate::watch::{Cancelled, Watch};
 pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
 pub use binned::binned;
 pub use cluster::clustered;
 pub use options::{BuildOptions, Quality};
 pub use spatial::spatial;
 pub use triangles::triangles;
+pub use watched::watched;

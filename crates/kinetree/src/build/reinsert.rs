@@ -24,7 +24,11 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     }
     let mut tree = Loose::of(&bvh);
     let mut area = tree.measure().area;
+    threads.stage(0.8, (bvh.node_count() as f32 * batches.iter().sum::<f32>()) as usize);
     for share in batches {
+        if threads.is_cancelled() {
+            return bvh;
+        }
         let moves = tree.search((bvh.node_count() as f32 * share) as usize, threads);
         let undo = tree.carry_out(&moves);
         let measured = tree.measure();
@@ -102,7 +106,14 @@ impl Loose {
             largest.truncate(count);
         }
         let mut moves: Vec<Move> = largest.into_iter().map(|(_, from)| Move { from, to: 0, gain: 0.0 }).collect();
-        threads.for_each(&mut moves, SEARCHES, &|_, one| *one = self.best_move(one.from));
+        threads.for_each(&mut moves, SEARCHES, &|number, one| {
+            if number % SEARCHES == 0 {
+                threads.tick(SEARCHES);
+            }
+            if !threads.is_cancelled() {
+                *one = self.best_move(one.from);
+            }
+        });
         moves.retain(|one| one.gain > 0.0);
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.from.cmp(&b.from)));
         moves

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::input::check_finite;
 use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
-use crate::build::{self, BuildOptions, Quality};
+use crate::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use crate::geometry::{Triangles, fingerprint};
 use crate::wide::{TreeFileError, WideMesh};
 
@@ -112,8 +112,16 @@ impl Mesh {
     ///
     /// The quality is that of the options, whatever [`Mesh::with_quality`] says.
     pub fn bake(&self, options: &BuildOptions) -> Vec<u8> {
+        self.bake_watched(options, &Watch::new()).expect("nobody else can cancel this one")
+    }
+
+    /// The same, for whoever wants to know how far it is, or may call it off.
+    ///
+    /// # Errors
+    /// The watch called it off.
+    pub fn bake_watched(&self, options: &BuildOptions, watch: &Watch) -> Result<Vec<u8>, Cancelled> {
         let rest = self.at_rest();
-        WideMesh::new(&build::triangles(&rest, options), &rest).to_bytes(&rest)
+        Ok(build::watched(&rest, options, watch)?.to_bytes(&rest))
     }
 
     /// What a baked tree is bound to: tells these positions and triangles from others, normals and skin left aside. See [`Triangles::fingerprint`].

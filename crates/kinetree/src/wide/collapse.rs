@@ -11,7 +11,11 @@ use std::ops::Range;
 use super::node::LANES;
 use super::{WideLink, WideNode, WideTree};
 use crate::arena::with_room;
+use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
+
+/// So many nodes are visited between two looks at whether the tree is still wanted.
+const PAUSE: usize = 4096;
 
 /// What nodes and leaves cost, and how large leaves may be.
 #[derive(Debug, Clone, Copy)]
@@ -30,18 +34,35 @@ impl Costs {
     }
 }
 
-/// Collapses a binary tree. `leaf` is told the places of the primitives of each leaf, and makes units of them.
-pub(crate) fn collapse(binary: &Bvh, costs: &Costs, mut leaf: impl FnMut(Range<u32>) -> Range<u32>) -> WideTree {
+/// Collapses a binary tree. `leaf` is told the places of the primitives of each leaf, and makes units of them. All on the calling thread; `threads` may
+/// have somebody who watches.
+pub(crate) fn collapse(
+    binary: &Bvh,
+    costs: &Costs,
+    threads: &Threads,
+    mut leaf: impl FnMut(Range<u32>) -> Range<u32>,
+) -> WideTree {
     let mut tree = WideTree { nodes: Vec::new(), units: 0, bounds: binary.bounds() };
     if binary.nodes().is_empty() {
         return tree;
     }
-    let plan = Plan::of(binary, costs);
+    // Wide nodes are about an eighth as many.
+    threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
+    let plan = Plan::of(binary, costs, threads);
+    if threads.is_cancelled() {
+        return WideTree::default();
+    }
     tree.nodes = with_room(binary.node_count() / 4 + 1);
     let mut open = vec![(0_u32, u32::MAX)];
     let mut roots = Vec::with_capacity(LANES);
     while let Some((from, parent_lane)) = open.pop() {
         let number = tree.nodes.len() as u32;
+        if number as usize % PAUSE == PAUSE - 1 {
+            threads.tick(PAUSE);
+            if threads.is_cancelled() {
+                return WideTree::default();
+            }
+        }
         tree.nodes.push(WideNode::new(parent_lane));
         if number > 0 {
             tree.link_of_lane(parent_lane, WideLink::node(number));
@@ -88,11 +109,17 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn of(binary: &'a Bvh, costs: &Costs) -> Self {
+    fn of(binary: &'a Bvh, costs: &Costs, threads: &Threads) -> Self {
         let nothing = Least { roots: [0.0; LANES - 1], first_place: 0, count: 0, is_leaf: true };
         let mut least = vec![nothing; binary.node_count()];
         // Promise 5: children have been looked at before their parents.
         for (at, node) in binary.nodes().iter().enumerate().rev() {
+            if at % PAUSE == 0 && at > 0 {
+                threads.tick(PAUSE);
+                if threads.is_cancelled() {
+                    break;
+                }
+            }
             let area = node.bounds.half_area();
             let leaf_cost = |count: u32| area * costs.unit * costs.units(count as usize) as f32;
             least[at] = match node.link.target() {

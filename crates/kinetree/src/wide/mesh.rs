@@ -5,6 +5,7 @@ use super::collapse::{Costs, collapse};
 use super::{TriangleBlock, WideTree, WideViolation};
 use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
+use crate::threads::Threads;
 use crate::tree::Bvh;
 
 /// Of a node and of a block, in the same units: a step over eight boxes is taken to cost as much as a test of four triangles.
@@ -26,9 +27,14 @@ impl WideMesh {
     /// # Panics
     /// When the tree is one over more triangles than there are.
     pub fn new(binary: &Bvh, triangles: &Triangles) -> Self {
+        Self::new_watched(binary, triangles, &Threads::one())
+    }
+
+    /// The same for whoever watches these threads; nothing is shared between them. When cancelled, any tree at all.
+    pub(crate) fn new_watched(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
         let mut blocks = with_room(binary.primitives().len() / 2 + 1);
         let mut distinct: Vec<u32> = Vec::new();
-        let tree = collapse(binary, &COSTS, |places| {
+        let tree = collapse(binary, &COSTS, threads, |places| {
             let first = blocks.len() as u32;
             let mut primitives = &binary.primitives()[places.start as usize..places.end as usize];
             // Pieces of the same triangle may meet again in a leaf.

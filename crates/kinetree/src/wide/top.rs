@@ -3,6 +3,7 @@
 use super::collapse::{Costs, collapse};
 use super::{WideTree, WideViolation};
 use crate::geometry::Aabb;
+use crate::threads::Threads;
 use crate::tree::Bvh;
 
 /// An instance costs some nodes: it is entered alone.
@@ -20,7 +21,7 @@ impl WideTop {
     /// Collapses a binary tree over instances, each alone in its leaf.
     pub(crate) fn new(binary: &Bvh) -> Self {
         let mut instances = Vec::with_capacity(binary.primitives().len());
-        let tree = collapse(binary, &COSTS, |places| {
+        let tree = collapse(binary, &COSTS, &Threads::one(), |places| {
             let first = instances.len() as u32;
             instances.extend(&binary.primitives()[places.start as usize..places.end as usize]);
             first..instances.len() as u32

@@ -19,6 +19,7 @@ use chunk::{Chunk, Task, fork};
 use top::Top;
 
 use super::BuildOptions;
+use super::grow::unfinished;
 use super::morton::Curve;
 use super::radix_sort::sort;
 use super::reference::GRAIN;
@@ -61,7 +62,16 @@ fn clustered_at(level: Level, count: usize, bounds_of: impl Fn(u32) -> Aabb + Sy
     let mut top = Top::new(level);
     let mut chunks = Vec::new();
     split(&mut keys, &mut chunks, &mut top);
-    threads.for_each(&mut chunks, 1, &|_, chunk| chunk.cluster(&task));
+    threads.stage(0.8, survey.primitives);
+    threads.for_each(&mut chunks, 1, &|_, chunk| {
+        if !threads.is_cancelled() {
+            chunk.cluster(&task);
+            threads.tick(chunk.keys.len());
+        }
+    });
+    if threads.is_cancelled() {
+        return unfinished(survey.centers, 0);
+    }
     top.tree(&mut chunks, threads)
 }
 

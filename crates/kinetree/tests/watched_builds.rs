@@ -1,0 +1,170 @@
+//! Whoever watches a build sees it come nearer, gets the same tree, and may call it off.
+
+mod common;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use common::{Random, grid};
+use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
+use kinetree::geometry::Triangles;
+use kinetree::{Executor, Mesh, Threads, WideMesh};
+
+const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
+
+fn triangles_of(mesh: &Mesh) -> Triangles {
+    Triangles::new(mesh.positions().to_vec(), mesh.triangles().into()).unwrap()
+}
+
+fn options(quality: Quality, threads: Threads) -> BuildOptions {
+    let mut options = BuildOptions::default();
+    (options.quality, options.threads) = (quality, threads);
+    options
+}
+
+/// Builds, while another thread looks on and may cancel when so much is done. Gives what was seen, and how long the build went on after it was cancelled.
+fn build_and_look(
+    triangles: &Triangles,
+    options: &BuildOptions,
+    cancel_at: f32,
+) -> (Result<WideMesh, Cancelled>, Vec<f32>, Duration) {
+    let (watch, ended) = (Watch::new(), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        let looker = scope.spawn(|| {
+            let (mut seen, mut cancelled) = (vec![], None);
+            while !ended.load(Ordering::Acquire) {
+                seen.push(watch.progress());
+                if watch.progress() >= cancel_at && cancelled.is_none() {
+                    watch.cancel();
+                    cancelled = Some(Instant::now());
+                }
+                std::thread::sleep(Duration::from_micros(100));
+            }
+            seen.push(watch.progress());
+            (seen, cancelled)
+        });
+        let built = build::watched(triangles, options, &watch);
+        let end = Instant::now();
+        ended.store(true, Ordering::Release);
+        let (seen, cancelled) = looker.join().unwrap();
+        (built, seen, cancelled.map_or(Duration::ZERO, |cancelled| end.saturating_duration_since(cancelled)))
+    })
+}
+
+/// Runs the jobs one after the other, the second one first.
+struct Backwards;
+
+impl Executor for Backwards {
+    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+        other();
+        one();
+    }
+}
+
+#[test]
+fn a_watched_build_gives_the_same_tree_and_only_ever_comes_nearer() {
+    let soup = Random::new(1).soup(60_000, 3.0, 0.1);
+    for geometry in
+        [triangles_of(&soup), triangles_of(&grid(100, 1.0)), triangles_of(&grid(1, 1.0)), Triangles::default()]
+    {
+        for quality in QUALITIES {
+            let alone = options(quality, Threads::one());
+            let expected = WideMesh::new(&build::triangles(&geometry, &alone), &geometry);
+            for threads in [Threads::one(), Threads::default(), Threads::of(Arc::new(Backwards))] {
+                let (built, seen, _) = build_and_look(&geometry, &options(quality, threads), f32::INFINITY);
+                let built = built.unwrap();
+                assert_eq!(built.tree().nodes(), expected.tree().nodes(), "{quality:?}");
+                assert_eq!(format!("{:?}", built.blocks().first()), format!("{:?}", expected.blocks().first()));
+                assert!(seen.is_sorted(), "{quality:?}: {seen:?}");
+                assert_eq!(seen.last(), Some(&1.0), "{quality:?}");
+            }
+        }
+    }
+}
+
+/// Looks at the watch after every job.
+struct Looking {
+    watch: Watch,
+    seen: Mutex<Vec<f32>>,
+}
+
+impl Executor for Looking {
+    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+        one();
+        self.seen.lock().unwrap().push(self.watch.progress());
+        other();
+        self.seen.lock().unwrap().push(self.watch.progress());
+    }
+}
+
+#[test]
+fn progress_is_seen_on_the_way() {
+    let geometry = triangles_of(&grid(300, 1.0));
+    for quality in QUALITIES {
+        let watch = Watch::new();
+        let looking = Arc::new(Looking { watch: watch.clone(), seen: Mutex::default() });
+        build::watched(&geometry, &options(quality, Threads::of(looking.clone())), &watch).unwrap();
+        let mut seen = looking.seen.lock().unwrap().clone();
+        assert!(seen.is_sorted(), "{quality:?}: {seen:?}");
+        seen.dedup();
+        assert!(seen.len() >= 10, "{quality:?}: {seen:?}");
+        // No step is more than a fifth of the whole.
+        let steps = seen.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(steps.fold(0.0, f32::max) < 0.2, "{quality:?}: {seen:?}");
+        assert!(seen[0] < 0.2 && seen[seen.len() - 1] > 0.6 && seen[seen.len() - 1] < 1.0, "{quality:?}: {seen:?}");
+    }
+}
+
+#[test]
+fn a_build_that_is_cancelled_on_the_way_gives_no_tree_wherever_it_is() {
+    for geometry in [triangles_of(&grid(150, 1.0)), triangles_of(&Random::new(2).soup(30_000, 1.0, 0.4))] {
+        let before = geometry.fingerprint();
+        for quality in QUALITIES {
+            for percent in (0..100).step_by(7) {
+                let threads = if percent % 2 == 0 { Threads::one() } else { Threads::default() };
+                let (built, seen, _) = build_and_look(&geometry, &options(quality, threads), percent as f32 / 100.0);
+                // Who cancels late may be too late.
+                match built {
+                    Ok(tree) => assert_eq!(tree.validate(), Ok(()), "{quality:?} at {percent} %"),
+                    Err(Cancelled) => assert!(*seen.last().unwrap() < 1.0, "{quality:?} at {percent} %"),
+                }
+            }
+        }
+        assert_eq!(geometry.fingerprint(), before);
+    }
+}
+
+#[test]
+fn a_build_that_is_cancelled_beforehand_never_begins() {
+    let geometry = triangles_of(&grid(20, 1.0));
+    let watch = Watch::new();
+    watch.cancel();
+    for quality in QUALITIES {
+        let built = build::watched(&geometry, &options(quality, Threads::default()), &watch);
+        assert_eq!(built.err(), Some(Cancelled), "{quality:?}");
+    }
+    assert!(watch.progress() < 1.0);
+}
+
+#[test]
+fn a_cancelled_build_of_a_large_grid_ends_soon() {
+    let geometry = triangles_of(&grid(600, 1.0));
+    for quality in [Quality::Fast, Quality::Balanced, Quality::Best] {
+        let start = Instant::now();
+        let (built, ..) = build_and_look(&geometry, &options(quality, Threads::default()), f32::INFINITY);
+        let full = start.elapsed();
+        assert!(built.is_ok());
+        // On a busy machine anything can take long once.
+        let latest: Vec<Duration> = (0..5)
+            .map(|_| {
+                let (built, _, after) = build_and_look(&geometry, &options(quality, Threads::default()), 0.2);
+                assert_eq!(built.err(), Some(Cancelled), "{quality:?}");
+                after
+            })
+            .collect();
+        let soonest = *latest.iter().min().unwrap();
+        println!("{quality:?}: {full:?} in full, {latest:?} after cancelling");
+        assert!(soonest < full / 10, "{quality:?}: {latest:?} after cancelling, {full:?} in full");
+    }
+}
