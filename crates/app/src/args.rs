@@ -84,8 +84,9 @@ Examples:
   kinetree bake town.glb --out town.trees
   kinetree render town.glb --trees town.trees --out town.png
 
-Each tree is bound to its mesh: when the scene changes, bake again. Pictures are the same with and without; only the
-time to load and to trace differs. Meshes that bend or come and go have no tree in the file.";
+Trees from a file need not be built at every start, and rays take less time through them. Each is bound to its mesh:
+when the scene changes, bake again. Meshes that bend or come and go have no tree in the file. The file appears whole or
+not at all.";
 
 /// Pictures to make.
 #[derive(Debug, Clone, clap::Args)]
