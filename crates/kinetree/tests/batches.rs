@@ -4,9 +4,10 @@ mod common;
 
 use common::{Random, World, rays, worlds};
 use kinetree::simd::Level;
-use kinetree::{Affine, Coherence, Motion, Ray, Scene, Snapshot, Work};
+use kinetree::{Affine, Candidate, Coherence, Cull, Motion, Ray, Scene, Snapshot, Work};
 
 const CLAIMS: [Coherence; 3] = [Coherence::Coherent, Coherence::Incoherent, Coherence::Unknown];
+const CULLS: [Cull; 3] = [Cull::None, Cull::Back, Cull::Front];
 
 /// Asks both questions of every level with every claim.
 fn compare(name: &str, view: &Snapshot, rays: &[Ray]) {
@@ -143,6 +144,60 @@ fn a_large_incoherent_batch_is_answered_in_its_own_order() {
     view.occluded_each(&batch, &mut dark, Coherence::Incoherent);
     assert!(hits == single, "seed 41");
     assert!(dark.iter().zip(&single).all(|(dark, hit)| *dark == hit.is_some()), "seed 41");
+
+    let filter = |candidate: &Candidate<'_>| is_there(candidate, candidate.ray_index());
+    view.query().filter(&filter).closest_hits(&batch, &mut hits, Coherence::Incoherent);
+    let alone = |(at, ray)| {
+        let filter = |candidate: &Candidate<'_>| is_there(candidate, at);
+        view.query().filter(&filter).closest_hit(ray)
+    };
+    assert!(hits == (0..).zip(&batch).map(alone).collect::<Vec<_>>(), "seed 41");
+}
+
+/// What a filter of these tests says about a place on a triangle, for a ray of a batch.
+fn is_there(candidate: &Candidate<'_>, ray: u32) -> bool {
+    let bits = candidate.u().to_bits() ^ candidate.v().to_bits() ^ candidate.t().to_bits();
+    (bits ^ candidate.primitive() ^ candidate.instance_index() ^ ray).count_ones() % 3 != 0
+}
+
+#[test]
+fn batches_obey_masks_culling_and_filters_like_single_calls() {
+    let (mut refused, mut kept) = (0, 0);
+    for seed in 50..52 {
+        let mut random = Random::new(seed);
+        for world in worlds(seed) {
+            let mut batches = vec![rays(&world, 200, &mut random)];
+            batches.extend((0..4).map(|_| tile(&world, &mut random, 150)));
+            for (batch, cull) in batches.iter().flat_map(|batch| CULLS.map(|cull| (batch, cull))) {
+                for mask in [u32::MAX, 0] {
+                    // The ray's number counts: a filter has to be told which ray it is asked about.
+                    let single = |at: usize| {
+                        let filter = |candidate: &Candidate<'_>| is_there(candidate, at as u32);
+                        world.view.query().mask(mask).cull(cull).filter(&filter).closest_hit(&batch[at])
+                    };
+                    let expected: Vec<_> = (0..batch.len()).map(single).collect();
+                    for (level, claim) in Level::available().into_iter().flat_map(|level| CLAIMS.map(|it| (level, it)))
+                    {
+                        let view = world.view.at_level(level);
+                        let filter = |candidate: &Candidate<'_>| is_there(candidate, candidate.ray_index());
+                        let query = view.query().mask(mask).cull(cull).filter(&filter);
+                        let mut hits = vec![None; batch.len()];
+                        let mut dark = vec![false; batch.len()];
+                        query.closest_hits(batch, &mut hits, claim);
+                        query.occluded_each(batch, &mut dark, claim);
+                        let what =
+                            format!("`{}`, seed {seed}, {level:?}, {claim:?}, {cull:?}, mask {mask}", world.name);
+                        assert_eq!(hits, expected, "{what}");
+                        assert!(dark.iter().zip(&expected).all(|(dark, hit)| *dark == hit.is_some()), "{what}");
+                    }
+                    let open: Vec<_> = batch.iter().map(|ray| world.view.closest_hit(ray)).collect();
+                    refused += open.iter().zip(&expected).filter(|(open, hit)| open != hit).count();
+                    kept += expected.iter().flatten().count();
+                }
+            }
+        }
+    }
+    assert!(refused > 1000 && kept > 1000, "{refused} refused, {kept} kept");
 }
 
 #[test]

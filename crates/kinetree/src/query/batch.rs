@@ -1,72 +1,104 @@
 //! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
 
-use super::{Coherence, Hit, Query, sort};
+use super::ask::{Rules, ask};
+use super::{Closest, Coherence, Cull, Filter, Hit, Occluded, Query, sort};
 use crate::geometry::slab::Lean;
 use crate::geometry::{Ray, Sheared, TriangleHit};
-use crate::simd::{Isa, Kernel};
+use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel, Work,
     octants, rows_of, walk_packet,
 };
-use crate::wide::WideLink;
+use crate::wide::{InstanceRecord, WideLink};
 
 /// The nearest hit of each ray.
 ///
 /// # Panics
 /// When there are not as many hits as rays.
-pub(crate) fn closest_hits(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
+pub(super) fn closest_hits<F: Filter>(
+    world: &TwoLevel,
+    rays: &[Ray],
+    rules: Rules<F>,
+    hits: &mut [Option<Hit>],
+    coherence: Coherence,
+) {
     assert_eq!(rays.len(), hits.len(), "one hit per ray");
-    let alone = |ray: &Ray| Query::new(world).closest_hit(ray);
+    let alone = |number: usize, ray: &Ray| {
+        let ray = ray.sane()?;
+        let mut closest = Closest::within(ray.t_max);
+        ask(world, &ray, rules.for_ray(number), &mut closest, &mut ());
+        closest.hit
+    };
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).closest_hit_counted(ray, work);
-    each(world, rays, hits, coherence, (alone, sampled), Nearest::new);
+    each(world, rays, rules, hits, coherence, (alone, sampled), Nearest::new);
 }
 
 /// Whether each ray hits anything.
 ///
 /// # Panics
 /// When there are not as many answers as rays.
-pub(crate) fn occluded_each(world: &TwoLevel, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-    assert_eq!(rays.len(), answers.len(), "one answer per ray");
-    let alone = |ray: &Ray| Query::new(world).occluded(ray);
-    let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
-    each(world, rays, answers, coherence, (alone, sampled), Any::new);
-}
-
-fn each<G: GatherRows>(
+pub(super) fn occluded_each<F: Filter>(
     world: &TwoLevel,
     rays: &[Ray],
+    rules: Rules<F>,
+    answers: &mut [bool],
+    coherence: Coherence,
+) {
+    assert_eq!(rays.len(), answers.len(), "one answer per ray");
+    let alone = |number: usize, ray: &Ray| {
+        let Some(ray) = ray.sane() else { return false };
+        let mut occluded = Occluded::within(ray.t_max);
+        ask(world, &ray, rules.for_ray(number), &mut occluded, &mut ());
+        occluded.found
+    };
+    let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
+    each(world, rays, rules, answers, coherence, (alone, sampled), Any::new);
+}
+
+/// `alone` answers for the ray of a number; `sampled` traces one for what it costs, without any rules.
+fn each<F: Filter, G: GatherRows>(
+    world: &TwoLevel,
+    rays: &[Ray],
+    rules: Rules<F>,
     answers: &mut [G::Answer],
     coherence: Coherence,
-    (alone, sampled): (impl Fn(&Ray) -> G::Answer, impl Fn(&Ray, &mut Work)),
+    (alone, sampled): (impl Fn(usize, &Ray) -> G::Answer, impl Fn(&Ray, &mut Work)),
     within: impl Fn(Column) -> G,
 ) {
     match coherence {
         Coherence::Coherent => {
-            for (rays, answers) in rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)) {
-                let left = world.level.run(Together { world, rays, answers: &mut *answers, within: &within });
+            for (packet, (rays, answers)) in rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)).enumerate() {
+                let first = packet * PACKET;
+                let (within, answered) = (&within, &mut *answers);
+                let left = world.level.run(Together { world, rays, rules, first, answers: answered, within });
                 for at in (0..rays.len()).filter(|at| left >> at & 1 == 1) {
-                    answers[at] = alone(&rays[at]);
+                    answers[at] = alone(first + at, &rays[at]);
                 }
             }
         }
         Coherence::Incoherent if sort::is_worth_while(world, rays, sampled) => {
             let mut sorter = sort::Sorter::new(world.top.bounds());
             let (mut gathered, mut answered) = (Vec::with_capacity(sort::FETCHED), Vec::with_capacity(sort::FETCHED));
-            for (rays, answers) in rays.chunks(sort::BLOCK).zip(answers.chunks_mut(sort::BLOCK)) {
+            let blocks = rays.chunks(sort::BLOCK).zip(answers.chunks_mut(sort::BLOCK)).enumerate();
+            for (block, (rays, answers)) in blocks {
                 for places in sorter.order(rays).chunks(sort::FETCHED) {
                     // Fetched before they are traced, and put away after, so that they wait together for memory. A store that waits alone holds up those
                     // to the stack of the next walk: 150 to 250 ns a ray.
                     gathered.clear();
-                    gathered.extend(places.iter().map(|place| rays[place.ray()]));
+                    gathered.extend(places.iter().map(|place| (block * sort::BLOCK + place.ray(), rays[place.ray()])));
                     answered.clear();
-                    answered.extend(gathered.iter().map(&alone));
+                    answered.extend(gathered.iter().map(|(number, ray)| alone(*number, ray)));
                     for (place, answer) in places.iter().zip(answered.drain(..)) {
                         answers[place.ray()] = answer;
                     }
                 }
             }
         }
-        _ => rays.iter().zip(answers).for_each(|(ray, answer)| *answer = alone(ray)),
+        _ => {
+            for (number, (ray, answer)) in rays.iter().zip(answers).enumerate() {
+                *answer = alone(number, ray);
+            }
+        }
     }
 }
 
@@ -200,23 +232,33 @@ impl GatherRows for Any {
     }
 }
 
+impl<F: Filter> Rules<F> {
+    fn for_ray(self, number: usize) -> Self {
+        Self { filter: self.filter.for_ray(number as u32), ..self }
+    }
+}
+
 /// Answers a packet, and says which rays are still to be asked alone.
-struct Together<'a, G: GatherRows, W> {
+struct Together<'a, F, G: GatherRows, W> {
     world: &'a TwoLevel,
     rays: &'a [Ray],
+    rules: Rules<F>,
+    /// Number of the first ray in its batch.
+    first: usize,
     answers: &'a mut [G::Answer],
     within: &'a W,
 }
 
-impl<G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, G, W> {
+impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G, W> {
     type Output = u64;
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u64 {
         let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
         let planes = PacketPlanes::new(isa, &rays, &self.world.top.bounds(), Lean::INSTANCES);
+        let (gather, alone) = ((self.within)(t_max), planes.careful & set);
         let mut visitor =
-            InWorld { world: self.world, rays: &rays, gather: (self.within)(t_max), alone: planes.careful & set };
+            InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone };
         for set in octants(set & !planes.careful, rays.negative) {
             let interval = Interval::new(isa, &rays, &planes, set);
             walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
@@ -228,15 +270,17 @@ impl<G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, G, W> {
     }
 }
 
-struct InWorld<'a, G> {
+struct InWorld<'a, F, G> {
     world: &'a TwoLevel,
     rays: &'a RayPacket,
+    rules: Rules<F>,
+    first: usize,
     gather: G,
     /// Rays that only double precision does justice, somewhere.
     alone: u64,
 }
 
-impl<I: Isa, G: GatherRows> PacketVisitor<I> for InWorld<'_, G> {
+impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
     #[inline(always)]
     fn t_max(&self) -> &Column {
         self.gather.t_max()
@@ -247,7 +291,7 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InWorld<'_, G> {
         let units = link.index()..link.index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
             let record = &self.world.instances[instance as usize];
-            if record.mask == 0 {
+            if record.mask & self.rules.mask == 0 {
                 continue;
             }
             let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
@@ -255,7 +299,8 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InWorld<'_, G> {
             let planes = PacketPlanes::new(isa, &rays, &mesh.bvh.bounds(), Lean::TRIANGLES);
             self.alone |= planes.careful & set & sane;
             let sheared = ShearedPacket::new(isa, &rays);
-            let mut visitor = InMesh { rays: &rays, sheared: &sheared, mesh, instance, gather: &mut self.gather };
+            let counts = Counts { rules: self.rules, first: self.first, instance, record };
+            let mut visitor = InMesh { rays: &rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
             for set in octants(set & sane & !planes.careful, rays.negative) {
                 let interval = Interval::new(isa, &rays, &planes, set);
                 walk_packet(isa, mesh.bvh.tree(), &rays, &planes, &interval, &mut visitor);
@@ -264,15 +309,15 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InWorld<'_, G> {
     }
 }
 
-struct InMesh<'a, G> {
+struct InMesh<'a, F, G> {
     rays: &'a RayPacket,
     sheared: &'a ShearedPacket,
     mesh: &'a Posed,
-    instance: u32,
+    counts: Counts<'a, F>,
     gather: &'a mut G,
 }
 
-impl<I: Isa, G: GatherRows> PacketVisitor<I> for InMesh<'_, G> {
+impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
     #[inline(always)]
     fn t_max(&self) -> &Column {
         self.gather.t_max()
@@ -298,12 +343,17 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InMesh<'_, G> {
                         }
                     }
                     for (row, lanes) in rows_of(set) {
-                        let hits = self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
+                        let primitive = block.primitives[lane & 3];
+                        let mut hits =
+                            self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
                         if hits.lanes != 0 {
-                            self.gather.take(isa, row, &hits, block.primitives[lane & 3], self.instance);
+                            hits.lanes = self.counts.of(isa, row, &hits, primitive);
+                        }
+                        if hits.lanes != 0 {
+                            self.gather.take(isa, row, &hits, primitive, self.counts.instance);
                         }
                         if hits.on_edge != 0 {
-                            self.look_again(row, hits.on_edge, block.primitives[lane & 3]);
+                            self.look_again(row, hits.on_edge, primitive);
                         }
                     }
                 }
@@ -312,7 +362,7 @@ impl<I: Isa, G: GatherRows> PacketVisitor<I> for InMesh<'_, G> {
     }
 }
 
-impl<G: GatherRows> InMesh<'_, G> {
+impl<F: Filter, G: GatherRows> InMesh<'_, F, G> {
     /// Rays through an edge, or so far beside a triangle that an edge function vanishes, get the second try of the scalar test.
     #[cold]
     fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
@@ -323,9 +373,63 @@ impl<G: GatherRows> InMesh<'_, G> {
                 local.t_min,
                 self.gather.t_max().get(ray),
             );
-            if let Some(hit) = hit {
-                self.gather.take_one(ray, &hit, primitive, self.instance);
+            if let Some(hit) = hit.filter(|hit| self.counts.one(ray, hit, primitive)) {
+                self.gather.take_one(ray, &hit, primitive, self.counts.instance);
             }
         }
+    }
+}
+
+/// Which hits of a packet on an instance count.
+struct Counts<'a, F> {
+    rules: Rules<F>,
+    /// Number of the packet's first ray in its batch.
+    first: usize,
+    instance: u32,
+    record: &'a InstanceRecord,
+}
+
+impl<F: Filter> Counts<'_, F> {
+    /// The lanes of a row whose hits count.
+    #[inline(always)]
+    fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u16 {
+        let lanes = match self.rules.cull {
+            Cull::None => hits.lanes,
+            Cull::Back => hits.lanes & !hits.back,
+            Cull::Front => hits.lanes & hits.back,
+        };
+        if !F::ASKS || self.record.opaque || lanes == 0 {
+            return lanes;
+        }
+        let [u, v] = hits.weights(isa);
+        let columns = [isa.store16(hits.t), isa.store16(u), isa.store16(v)];
+        self.accepted((row, lanes), &columns, hits.back, primitive)
+    }
+
+    #[inline(never)]
+    fn accepted(&self, (row, lanes): (usize, u16), [t, u, v]: &[Row; 3], back: u16, primitive: u32) -> u16 {
+        let (mut left, mut accepted) = (lanes, 0);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            let hit = TriangleHit { t: t.0[lane], u: u.0[lane], v: v.0[lane], back: back >> lane & 1 == 1 };
+            accepted |= u16::from(self.is_accepted(row * 16 + lane, &hit, primitive)) << lane;
+        }
+        accepted
+    }
+
+    /// Whether the hit of one ray of the packet counts.
+    fn one(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
+        let is_kept = match self.rules.cull {
+            Cull::None => true,
+            Cull::Back => !hit.back,
+            Cull::Front => hit.back,
+        };
+        is_kept && self.is_accepted(ray, hit, primitive)
+    }
+
+    fn is_accepted(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
+        let filter = self.rules.for_ray(self.first + ray).filter;
+        filter.accepts(hit, primitive, self.instance, self.record)
     }
 }

@@ -10,6 +10,7 @@ pub struct Candidate<'a> {
     hit: TriangleHit,
     primitive: u32,
     instance: u32,
+    ray: u32,
     record: &'a InstanceRecord,
 }
 
@@ -44,6 +45,11 @@ impl Candidate<'_> {
         self.instance
     }
 
+    /// Number of the ray in its batch; 0 for a ray that is asked about alone.
+    pub fn ray_index(&self) -> u32 {
+        self.ray
+    }
+
     /// The caller's own number of the instance.
     pub fn user_id(&self) -> u32 {
         self.record.user_id
@@ -52,6 +58,12 @@ impl Candidate<'_> {
 
 /// Decides whether a hit counts. There are exactly two: walks are compiled for each, and the first leaves no trace.
 pub(crate) trait Filter: Copy {
+    /// Whether it may ever refuse.
+    const ASKS: bool;
+
+    /// The same, for a ray of a batch.
+    fn for_ray(self, ray: u32) -> Self;
+
     fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool;
 }
 
@@ -60,6 +72,13 @@ pub(crate) trait Filter: Copy {
 pub(crate) struct NoFilter;
 
 impl Filter for NoFilter {
+    const ASKS: bool = false;
+
+    #[inline(always)]
+    fn for_ray(self, _: u32) -> Self {
+        self
+    }
+
     #[inline(always)]
     fn accepts(&self, _: &TriangleHit, _: u32, _: u32, _: &InstanceRecord) -> bool {
         true
@@ -68,10 +87,27 @@ impl Filter for NoFilter {
 
 /// The caller decides, except about opaque instances.
 #[derive(Clone, Copy)]
-pub(crate) struct AskFilter<'a>(pub(crate) &'a dyn Fn(&Candidate<'_>) -> bool);
+pub(crate) struct AskFilter<'a> {
+    filter: &'a dyn Fn(&Candidate<'_>) -> bool,
+    ray: u32,
+}
+
+impl<'a> AskFilter<'a> {
+    /// For a ray that is alone.
+    pub(crate) fn new(filter: &'a dyn Fn(&Candidate<'_>) -> bool) -> Self {
+        Self { filter, ray: 0 }
+    }
+}
 
 impl Filter for AskFilter<'_> {
+    const ASKS: bool = true;
+
+    #[inline(always)]
+    fn for_ray(self, ray: u32) -> Self {
+        Self { ray, ..self }
+    }
+
     fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool {
-        record.opaque || (self.0)(&Candidate { hit: *hit, primitive, instance, record })
+        record.opaque || (self.filter)(&Candidate { hit: *hit, primitive, instance, ray: self.ray, record })
     }
 }

@@ -17,8 +17,6 @@ pub use candidate::Candidate;
 pub use hit::Hit;
 pub use options::{ByLooking, Coherence, Cull, Query};
 
-pub(crate) use batch::{closest_hits, occluded_each};
-
 use all_hits::AllHits;
 use candidate::{AskFilter, Filter, NoFilter};
 use closest::Closest;

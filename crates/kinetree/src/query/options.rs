@@ -1,7 +1,7 @@
 //! What belongs to a question besides the ray.
 
 use super::ask::{Gather, Rules, ask};
-use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, by_looking};
+use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, by_looking};
 use crate::geometry::Ray;
 use crate::traverse::{Tally, TwoLevel, Work};
 
@@ -83,6 +83,33 @@ impl<'a> Query<'a> {
         self.any(ray, work)
     }
 
+    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes the speed, never the hits.
+    /// [`Candidate::ray_index`] tells a filter which ray it is asked about.
+    ///
+    /// # Panics
+    /// When there are not as many hits as rays.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
+        match self.filter {
+            None => batch::closest_hits(self.world, rays, self.rules(NoFilter), hits, coherence),
+            Some(filter) => {
+                batch::closest_hits(self.world, rays, self.rules(AskFilter::new(filter)), hits, coherence);
+            }
+        }
+    }
+
+    /// Whether each ray hits anything, on the calling thread.
+    ///
+    /// # Panics
+    /// When there are not as many answers as rays.
+    pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
+        match self.filter {
+            None => batch::occluded_each(self.world, rays, self.rules(NoFilter), answers, coherence),
+            Some(filter) => {
+                batch::occluded_each(self.world, rays, self.rules(AskFilter::new(filter)), answers, coherence);
+            }
+        }
+    }
+
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
         self.all(ray, &mut ())
@@ -114,7 +141,7 @@ impl<'a> Query<'a> {
         let mut gather = within(ray.t_max);
         match self.filter {
             None => ask(self.world, ray, self.rules(NoFilter), &mut gather, tally),
-            Some(filter) => ask(self.world, ray, self.rules(AskFilter(filter)), &mut gather, tally),
+            Some(filter) => ask(self.world, ray, self.rules(AskFilter::new(filter)), &mut gather, tally),
         }
         Some(gather)
     }
@@ -142,7 +169,7 @@ impl ByLooking<'_> {
         let ray = ray.sane()?;
         match self.0.filter {
             None => by_looking::closest(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::closest(self.0.world, &ray, self.0.rules(AskFilter(filter))),
+            Some(filter) => by_looking::closest(self.0.world, &ray, self.0.rules(AskFilter::new(filter))),
         }
     }
 
@@ -151,7 +178,7 @@ impl ByLooking<'_> {
         let Some(ray) = ray.sane() else { return false };
         match self.0.filter {
             None => by_looking::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::occluded(self.0.world, &ray, self.0.rules(AskFilter(filter))),
+            Some(filter) => by_looking::occluded(self.0.world, &ray, self.0.rules(AskFilter::new(filter))),
         }
     }
 
@@ -160,7 +187,7 @@ impl ByLooking<'_> {
         let Some(ray) = ray.sane() else { return Vec::new() };
         match self.0.filter {
             None => by_looking::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::all_hits(self.0.world, &ray, self.0.rules(AskFilter(filter))),
+            Some(filter) => by_looking::all_hits(self.0.world, &ray, self.0.rules(AskFilter::new(filter))),
         }
     }
 }

@@ -6,7 +6,7 @@ use super::frame::{Frame, PlacedInstance};
 use super::handle::{InstanceId, MeshId};
 use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine, Ray};
-use crate::query::{self, Coherence, Hit, Query};
+use crate::query::{Coherence, Hit, Query};
 use crate::simd::Level;
 use crate::traverse::{Posed, TwoLevel};
 use crate::update::Motion;
@@ -50,7 +50,7 @@ impl Snapshot {
     /// # Panics
     /// When there are not as many hits as rays.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
-        query::closest_hits(&self.0.world, rays, hits, coherence);
+        self.query().closest_hits(rays, hits, coherence);
     }
 
     /// Whether each ray hits anything, on the calling thread.
@@ -58,7 +58,7 @@ impl Snapshot {
     /// # Panics
     /// When there are not as many answers as rays.
     pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-        query::occluded_each(&self.0.world, rays, answers, coherence);
+        self.query().occluded_each(rays, answers, coherence);
     }
 
     /// The same frame, its queries compiled for another level. For tests: answers are the same at every level.
