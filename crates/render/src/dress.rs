@@ -26,11 +26,9 @@ pub(crate) struct Dress<'a> {
 impl<'a> Dress<'a> {
     /// The place with weights `u` and `v` of the second and third corner.
     pub(crate) fn at(look: &'a Look, instance: &InstanceView<'_>, primitive: u32, [u, v]: [f32; 2]) -> Self {
-        let mut dress = Self { textures: &look.textures, material: &WHITE, uv: [0.0; 2], tint: Vec4::ONE };
+        let material = Self::material_at(look, instance, primitive);
+        let mut dress = Self { textures: &look.textures, material, uv: [0.0; 2], tint: Vec4::ONE };
         let Some(surface) = look.surfaces.get(instance.user_id() as usize) else { return dress };
-        if let Some(material) = surface.material_of(primitive).and_then(|id| look.materials.get(id as usize)) {
-            dress.material = material;
-        }
         let corners = instance.triangles()[primitive as usize].map(|vertex| vertex as usize);
         let weights = [1.0 - u - v, u, v];
         if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.uvs.get(vertex)) {
@@ -40,6 +38,13 @@ impl<'a> Dress<'a> {
             dress.tint = Vec4::from(*a) * weights[0] + Vec4::from(*b) * weights[1] + Vec4::from(*c) * weights[2];
         }
         dress
+    }
+
+    /// What a triangle is made of.
+    pub(crate) fn material_at(look: &'a Look, instance: &InstanceView<'_>, primitive: u32) -> &'a Material {
+        let surface = look.surfaces.get(instance.user_id() as usize);
+        let material = surface.and_then(|surface| surface.material_of(primitive));
+        material.and_then(|id| look.materials.get(id as usize)).unwrap_or(&WHITE)
     }
 
     fn texture(&self, reference: &Option<TextureRef>) -> Vec4 {

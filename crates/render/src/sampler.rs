@@ -66,16 +66,17 @@ pub(crate) fn unit(bits: u32) -> f32 {
 }
 
 /// The second dimension of the Sobol sequence, as a fraction of 2^32.
-fn second_sobol(mut index: u32) -> u32 {
-    let (mut point, mut direction) = (0, 1_u32 << 31);
-    while index != 0 {
-        if index & 1 != 0 {
-            point ^= direction;
-        }
-        index >>= 1;
-        direction ^= direction >> 1;
-    }
-    point
+///
+/// Its matrix is Pascal's triangle modulo two, and a binomial coefficient `n` over `k` is odd exactly if the bits of `k` are among those of `n` (Lucas 1878).
+/// So each bit of the point is the parity of all bits of the index whose places contain its own, which takes one step for each of the five bits of a place.
+fn second_sobol(index: u32) -> u32 {
+    let mut bits = index;
+    bits ^= bits >> 16;
+    bits ^= bits >> 8 & 0x00ff_00ff;
+    bits ^= bits >> 4 & 0x0f0f_0f0f;
+    bits ^= bits >> 2 & 0x3333_3333;
+    bits ^= bits >> 1 & 0x5555_5555;
+    bits.reverse_bits()
 }
 
 /// Owen scrambling: every bit is flipped or not by a hash of the bits above it.
@@ -127,6 +128,22 @@ mod tests {
                     assert!(!std::mem::replace(&mut taken[cell as usize], true), "pair {pair}, {columns} columns");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_second_dimension_is_that_of_its_direction_numbers() {
+        let one_by_one = |mut index: u32| {
+            let (mut point, mut direction) = (0, 1_u32 << 31);
+            while index != 0 {
+                point ^= if index & 1 != 0 { direction } else { 0 };
+                index >>= 1;
+                direction ^= direction >> 1;
+            }
+            point
+        };
+        for index in (0..1000).chain((0..32).map(|bit| 1 << bit)).chain((0..10_000).map(hash)) {
+            assert_eq!(second_sobol(index), one_by_one(index), "{index:#x}");
         }
     }
 

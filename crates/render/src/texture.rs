@@ -52,8 +52,10 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|valu
 impl Wrap {
     /// A place on an endless axis, folded into `0..size`.
     fn fold(self, place: i64, size: u32) -> usize {
-        let size = i64::from(size);
+        let (size, is_power_of_two) = (i64::from(size), size.is_power_of_two());
         let folded = match self {
+            // As the remainder, without a division.
+            Self::Repeat if is_power_of_two => place & (size - 1),
             Self::Repeat => place.rem_euclid(size),
             Self::Mirror => {
                 let twice = place.rem_euclid(2 * size);
@@ -77,9 +79,10 @@ impl Texture {
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
         let place = uv * Vec2::new(self.width as f32, self.height as f32);
         match self.filter {
-            Filter::Nearest => self.texel(place.x.floor() as i64, place.y.floor() as i64).to_array(),
+            Filter::Nearest => self.texel(floor(place.x) as i64, floor(place.y) as i64).to_array(),
             Filter::Bilinear => {
-                let corner = (place - Vec2::splat(0.5)).floor();
+                let corner = place - Vec2::splat(0.5);
+                let corner = Vec2::new(floor(corner.x), floor(corner.y));
                 let part = (place - Vec2::splat(0.5) - corner).clamp(Vec2::ZERO, Vec2::ONE);
                 let (x, y) = (corner.x as i64, corner.y as i64);
                 let (right, below) = (x.saturating_add(1), y.saturating_add(1));
@@ -99,10 +102,21 @@ impl Texture {
     }
 }
 
+/// `f32::floor`, which is a call on processors without an instruction for it.
+fn floor(x: f32) -> f32 {
+    // From there on, and for what is no number, there are no fractions.
+    if x.abs() < 8_388_608.0 {
+        let toward_zero = x as i32 as f32;
+        if toward_zero > x { toward_zero - 1.0 } else { toward_zero }
+    } else {
+        x
+    }
+}
+
 impl TextureRef {
     /// Texture coordinates of a surface as the image sees them: scaled, turned, moved.
     pub fn transformed(&self, uv: [f32; 2]) -> [f32; 2] {
-        let (sin, cos) = self.rotation.sin_cos();
+        let (sin, cos) = if self.rotation == 0.0 { (0.0, 1.0) } else { self.rotation.sin_cos() };
         let [u, v] = [uv[0] * self.scale[0], uv[1] * self.scale[1]];
         // Counter-clockwise as seen, with v pointing down.
         [cos * u + sin * v + self.offset[0], -sin * u + cos * v + self.offset[1]]
@@ -121,6 +135,24 @@ mod tests {
     fn board(wrap: Wrap, filter: Filter) -> Texture {
         let texels = vec![[0, 0, 0, 255], [255, 255, 255, 255], [255, 0, 0, 0], [188, 188, 188, 51]];
         Texture { width: 2, height: 2, texels, srgb: true, wrap: [wrap; 2], filter }
+    }
+
+    #[test]
+    fn floor_is_that_of_the_standard_library() {
+        let values = [0.0, 0.25, 1.0, 1.5, 7.999_999_5, 8_388_607.5, 8_388_608.0, 16_777_217.0, 1e30, f32::INFINITY];
+        for value in values.into_iter().flat_map(|value| [value, -value]) {
+            assert!(floor(value) == value.floor(), "{value}");
+        }
+        assert!(floor(f32::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_power_of_two_folds_like_any_other_size() {
+        for place in [i64::MIN, -9, -8, -1, 0, 1, 7, 8, 9, 1 << 40, i64::MAX] {
+            for size in [1, 2, 8, 1 << 31] {
+                assert_eq!(Wrap::Repeat.fold(place, size), place.rem_euclid(i64::from(size)) as usize);
+            }
+        }
     }
 
     fn close(a: [f32; 4], b: [f32; 4]) -> bool {

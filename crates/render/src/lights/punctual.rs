@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::LightSample;
+use super::{LightSample, MOST_WEIGHED};
 use crate::Light;
 use crate::color::{cleaned, luminance};
 
@@ -16,6 +16,9 @@ pub(super) struct Punctual {
     range: f32,
     cone: Option<Cone>,
 }
+
+/// What is larger by this factor is larger whatever was rounded.
+const CERTAINLY: f32 = 1.0 + 1e-5;
 
 /// Where a spot shines.
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +58,14 @@ impl Punctual {
         luminance(self.intensity) * solid_angle
     }
 
+    /// Whether it is certain, before anything is divided, that nothing arrives: the light is beyond its range, or below the
+    /// horizon of a surface with a normal.
+    fn is_out_of_sight(&self, from: Vec3, normal: Vec3) -> bool {
+        let offset = self.position - from;
+        let (squared, height) = (offset.length_squared(), normal.dot(offset));
+        squared > self.range * self.range * CERTAINLY || (height < 0.0 && height * height > squared * (CERTAINLY - 1.0))
+    }
+
     /// The light that arrives: irradiance on a surface that faces it.
     pub(super) fn sample(&self, from: Vec3) -> Option<LightSample> {
         let offset = self.position - from;
@@ -73,25 +84,42 @@ impl Punctual {
 }
 
 /// Draws one of several lights in proportion to what each would bring to a surface with a normal if nothing stood in the
-/// way, and divides by how likely it was. No ray finds such a light by itself, so the odds may depend on the place as they
+/// way, and divides by how likely it was. There are at most [`MOST_WEIGHED`]. No ray finds such a light by itself, so the odds may depend on the place as they
 /// like, as long as no light that contributes is left out.
 pub(super) fn sample_one(lights: &[Punctual], from: Vec3, normal: Vec3, u: f32) -> Option<LightSample> {
-    let weighed = |light: &Punctual| {
-        let sample = light.sample(from)?;
-        let weight = luminance(sample.radiance) * normal.dot(sample.direction).max(0.0);
-        (weight > 0.0).then_some((sample, weight))
-    };
-    let total: f32 = lights.iter().filter_map(weighed).map(|(_, weight)| weight).sum();
+    let (mut weights, mut numbers) = ([0.0; MOST_WEIGHED], [0; MOST_WEIGHED]);
+    let (mut count, mut total) = (0, 0.0);
+    for (number, light) in lights.iter().enumerate().take(MOST_WEIGHED) {
+        if light.is_out_of_sight(from, normal) {
+            continue;
+        }
+        let weight = light.sample(from).map_or(0.0, |sample| sample.weight(normal));
+        if weight > 0.0 {
+            (weights[count], numbers[count]) = (weight, number);
+            total += weight;
+            count += 1;
+        }
+    }
     let mut left = u * total;
-    let mut last = None;
-    for (sample, weight) in lights.iter().filter_map(weighed) {
-        last = Some(LightSample { density: weight / total, ..sample });
+    let mut chosen = None;
+    for (&weight, &number) in weights[..count].iter().zip(&numbers) {
+        chosen = Some((weight, number));
         left -= weight;
         if left < 0.0 {
             break;
         }
     }
-    last.filter(|sample| sample.density > 0.0 && sample.density.is_finite())
+    let (weight, number) = chosen?;
+    let sample = lights[number].sample(from)?;
+    Some(LightSample { density: weight / total, ..sample })
+        .filter(|sample| sample.density > 0.0 && sample.density.is_finite())
+}
+
+impl LightSample {
+    /// What a light without extent brings to a surface with a normal.
+    fn weight(&self, normal: Vec3) -> f32 {
+        luminance(self.radiance) * normal.dot(self.direction).max(0.0)
+    }
 }
 
 impl Cone {
@@ -168,6 +196,26 @@ mod tests {
         }
         assert_eq!(drawn, count);
         assert!(sample_one(&lights[3..], Vec3::ZERO, Vec3::Y, 0.5).is_none());
+    }
+
+    #[test]
+    fn lights_that_are_left_out_at_once_would_bring_nothing() {
+        let unit = |bits: u32| crate::sampler::unit_hash(bits) * 2.0 - 1.0;
+        let vector = |seed: u32| Vec3::new(unit(seed), unit(seed ^ 0x5555), unit(seed ^ 0xaaaa_0000));
+        let mut counts = [0, 0];
+        for seed in 0..20_000 {
+            let normal = vector(3 * seed).normalize();
+            // Many lie almost in the surface, or almost at their range.
+            let along = normal.any_orthonormal_vector() * (1.0 + 1e-6 * unit(seed));
+            let position = if seed % 2 == 0 { along + normal * (1e-6 * unit(seed + 1)) } else { vector(3 * seed + 1) };
+            let point = Light::Point { position: position.into(), intensity: [1.0; 3], range: 1.0 };
+            let light = Punctual::new(&point).expect("it shines");
+            let weight = light.sample(Vec3::ZERO).map_or(0.0, |sample| sample.weight(normal));
+            let is_left_out = light.is_out_of_sight(Vec3::ZERO, normal);
+            assert!(!is_left_out || weight == 0.0, "seed {seed}");
+            counts[usize::from(is_left_out)] += 1;
+        }
+        assert!(counts.iter().all(|&count| count > 4000), "{counts:?}");
     }
 
     #[test]
