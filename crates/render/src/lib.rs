@@ -28,11 +28,12 @@
 //! | what worlds are made of | `world`, `look`, `texture`, `light`, `camera` |
 //! | for who brings no light and no camera | `lighting`, `framing` |
 //! | from a frame to a film to bytes | `render`, `film`, `tonemap` |
-//! | what pictures show | `integrate`: `simple_path` first, then `path` |
+//! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
 //! | what happens at a place | `dress`, `shading`, `origin`, `scatter` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
+mod alike;
 mod camera;
 mod color;
 mod dress;

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use kinetree::Ray;
 use rayon::prelude::*;
 
 use crate::camera::Lens;
@@ -120,6 +121,8 @@ pub const MAX_PIXELS: u64 = 1 << 27;
 const MAX_THREADS: usize = 1024;
 /// Side of a tile, pixels.
 const TILE: u32 = 16;
+/// How many samples are traced together: what they need stays in the second cache.
+const WAVE: usize = 1024;
 
 /// Makes a picture. `progress` is called by the tracing threads whenever a tile is finished, and may ask to stop.
 ///
@@ -228,36 +231,77 @@ impl Picture<'_> {
         let width = TILE.min(self.settings.width - corner[0]);
         let height = TILE.min(self.settings.height - corner[1]);
         let mut tracer = Tracer::new(self.stage);
-        let mut tile = Tile { corner, width, pixels: Vec::new(), rays: 0, lost_samples: 0 };
-        for y in 0..height {
-            for x in 0..width {
-                let color = self.pixel(&mut tracer, [corner[0] + x, corner[1] + y], &mut tile.lost_samples);
-                tile.pixels.push(color);
+        let mut wave = Wave::default();
+        let mut sums = Sums { of_pixels: vec![[0.0; 3]; (width * height) as usize], lost_samples: 0 };
+        // Along a Morton curve, so that what is traced together is a small square of the picture.
+        for place in 0..TILE * TILE {
+            let [x, y] = [even_bits(place), even_bits(place >> 1)];
+            if x >= width || y >= height {
+                continue;
+            }
+            for index in 0..self.settings.spp {
+                self.begin([corner[0] + x, corner[1] + y], index, (y * width + x) as usize, &mut wave);
+                if wave.rays.len() == WAVE {
+                    wave.trace(self.integrator, &mut tracer, &mut sums);
+                }
             }
         }
-        tile.rays = tracer.rays();
-        tile
+        wave.trace(self.integrator, &mut tracer, &mut sums);
+        let mean = |sum: &[f64; 3]| sum.map(|channel| (channel / f64::from(self.settings.spp)) as f32);
+        let pixels = sums.of_pixels.iter().map(mean).collect();
+        Tile { corner, width, pixels, rays: tracer.rays(), lost_samples: sums.lost_samples }
     }
 
-    fn pixel(&self, tracer: &mut Tracer<'_>, [x, y]: [u32; 2], lost_samples: &mut u64) -> [f32; 3] {
-        let mut sum = [0.0_f64; 3];
-        for index in 0..self.settings.spp {
-            let mut sampler = Sampler::new(self.settings.seed, [x, y], self.settings.first_sample + index);
-            tracer.begin_sample(sampler.salt());
-            let [jitter_x, jitter_y] = sampler.next_2d();
-            let at = [
-                (x as f32 + jitter_x) / self.settings.width as f32,
-                (y as f32 + jitter_y) / self.settings.height as f32,
-            ];
-            let color = self.integrator.radiance(tracer, &self.lens.ray(at), &mut sampler);
+    /// Adds a sample of a pixel to a wave.
+    fn begin(&self, [x, y]: [u32; 2], index: u32, pixel: usize, wave: &mut Wave) {
+        let mut sampler = Sampler::new(self.settings.seed, [x, y], self.settings.first_sample + index);
+        let [jitter_x, jitter_y] = sampler.next_2d();
+        let at =
+            [(x as f32 + jitter_x) / self.settings.width as f32, (y as f32 + jitter_y) / self.settings.height as f32];
+        wave.pixels.push(pixel);
+        wave.rays.push(self.lens.ray(at));
+        wave.samplers.push(sampler);
+    }
+}
+
+/// Samples that are traced together.
+#[derive(Default)]
+struct Wave {
+    /// Within the tile.
+    pixels: Vec<usize>,
+    rays: Vec<Ray>,
+    samplers: Vec<Sampler>,
+    colors: Vec<[f32; 3]>,
+}
+
+/// The samples of a tile, added up.
+struct Sums {
+    of_pixels: Vec<[f64; 3]>,
+    lost_samples: u64,
+}
+
+impl Wave {
+    /// Traces the samples, adds them to their pixels, and is empty again.
+    fn trace(&mut self, integrator: &dyn Integrator, tracer: &mut Tracer<'_>, sums: &mut Sums) {
+        self.colors.clear();
+        self.colors.resize(self.rays.len(), [0.0; 3]);
+        integrator.radiances(tracer, &self.rays, &mut self.samplers, &mut self.colors);
+        for (&pixel, color) in self.pixels.iter().zip(&self.colors) {
             if color.iter().all(|channel| channel.is_finite()) {
                 for channel in 0..3 {
-                    sum[channel] += f64::from(color[channel]);
+                    sums.of_pixels[pixel][channel] += f64::from(color[channel]);
                 }
             } else {
-                *lost_samples += 1;
+                sums.lost_samples += 1;
             }
         }
-        sum.map(|channel| (channel / f64::from(self.settings.spp)) as f32)
+        self.pixels.clear();
+        self.rays.clear();
+        self.samplers.clear();
     }
+}
+
+/// Every other bit of a number below 2^16, moved together.
+fn even_bits(number: u32) -> u32 {
+    (0..8).fold(0, |bits, at| bits | (number >> (2 * at) & 1) << at)
 }

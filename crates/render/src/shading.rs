@@ -1,7 +1,7 @@
 //! From a hit to a place that can be shaded: where it is, which way it faces, what it wears.
 
 use glam::{DVec3, Vec3};
-use kinetree::{Affine, Hit, InstanceView};
+use kinetree::{Affine, Hit, InstanceView, Ray};
 
 use crate::dress::Dress;
 use crate::{Frame, Material, origin};
@@ -61,6 +61,11 @@ impl<'a> ShadingPoint<'a> {
             instance: hit.instance_index(),
             primitive: hit.primitive,
         }
+    }
+
+    /// The ray in a unit direction, out to a distance.
+    pub(crate) fn ray(&self, direction: Vec3, distance: f32) -> Ray {
+        Ray::new(self.origin(direction).into(), direction.into()).with_range(0.0, distance)
     }
 
     /// Where a ray in a direction starts: just off the surface, on the side that the direction points to.

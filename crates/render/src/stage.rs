@@ -1,12 +1,12 @@
 //! A frame made ready for rays: its lights gathered, its holes known, its rays counted.
 
 use glam::Vec3;
-use kinetree::{Candidate, Hit, Ray, Work};
+use kinetree::{Candidate, Hit, Query, Ray, Work};
 
 use crate::dress::{Dress, is_there};
 use crate::lights::LightTable;
 use crate::shading::ShadingPoint;
-use crate::{Alpha, Frame, Scatter, scatter};
+use crate::{Alpha, Frame, Scatter, alike, scatter};
 
 /// A frame with what can be prepared before the first ray. Shared by all threads.
 pub struct Stage<'a> {
@@ -71,33 +71,45 @@ impl<'a> Tracer<'a> {
     /// What a ray hits first; surfaces with holes are there or not as their alpha says.
     pub fn closest_hit(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
-        let view = &self.stage.frame.view;
-        if self.stage.has_alpha {
-            view.query().filter(&|candidate: &Candidate<'_>| self.is_there(candidate)).closest_hit(ray)
-        } else {
-            view.closest_hit(ray)
-        }
+        self.stage.query(&|candidate: &Candidate<'_>| self.stage.is_there(candidate, self.salt)).closest_hit(ray)
     }
 
     /// As [`Tracer::closest_hit`], and counts the work that it took.
     pub fn closest_hit_counted(&mut self, ray: &Ray, work: &mut Work) -> Option<Hit> {
         self.rays += 1;
-        let query = self.stage.frame.view.query();
-        if self.stage.has_alpha {
-            query.filter(&|candidate: &Candidate<'_>| self.is_there(candidate)).closest_hit_counted(ray, work)
-        } else {
-            query.closest_hit_counted(ray, work)
-        }
+        let filter = |candidate: &Candidate<'_>| self.stage.is_there(candidate, self.salt);
+        self.stage.query(&filter).closest_hit_counted(ray, work)
     }
 
     /// Whether anything at all lies on a ray.
     pub fn occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        let view = &self.stage.frame.view;
-        if self.stage.has_alpha {
-            view.query().filter(&|candidate: &Candidate<'_>| self.is_there(candidate)).occluded(ray)
-        } else {
-            view.occluded(ray)
+        self.stage.query(&|candidate: &Candidate<'_>| self.stage.is_there(candidate, self.salt)).occluded(ray)
+    }
+
+    /// What each of many rays hits first. Rays are of different samples; `salts` gives the salt of each.
+    ///
+    /// # Panics
+    /// When there are not as many hits as rays.
+    pub fn closest_hits(&mut self, rays: &[Ray], salts: &dyn Fn(usize) -> u32, hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        self.rays += rays.len() as u64;
+        for (run, coherence) in alike::runs(rays) {
+            let filter = |candidate: &Candidate<'_>| self.stage.is_there_in_run(candidate, run.start, salts);
+            self.stage.query(&filter).closest_hits(&rays[run.clone()], &mut hits[run.clone()], coherence);
+        }
+    }
+
+    /// Whether anything at all lies on each of many rays, as for [`Tracer::closest_hits`].
+    ///
+    /// # Panics
+    /// When there are not as many answers as rays.
+    pub fn occluded_each(&mut self, rays: &[Ray], salts: &dyn Fn(usize) -> u32, answers: &mut [bool]) {
+        assert_eq!(rays.len(), answers.len(), "one answer per ray");
+        self.rays += rays.len() as u64;
+        for (run, coherence) in alike::runs(rays) {
+            let filter = |candidate: &Candidate<'_>| self.stage.is_there_in_run(candidate, run.start, salts);
+            self.stage.query(&filter).occluded_each(&rays[run.clone()], &mut answers[run.clone()], coherence);
         }
     }
 
@@ -107,37 +119,77 @@ impl<'a> Tracer<'a> {
         Some(ShadingPoint::new(self.stage.frame, &hit, ray.direction.into()))
     }
 
-    /// The fraction of light that comes from a direction, out to a distance, straight to a place: all, nothing, or what
-    /// panes let through.
-    pub(crate) fn transmitted(&mut self, point: &ShadingPoint<'_>, direction: Vec3, distance: f32) -> Vec3 {
-        let ray = Ray::new(point.origin(direction).into(), direction.into()).with_range(0.0, distance);
-        if !self.occluded(&ray) {
+    /// The fraction of light that comes straight along a ray of unit direction, against its direction: all, nothing, or
+    /// what panes let through.
+    pub(crate) fn transmitted(&mut self, ray: &Ray) -> Vec3 {
+        if !self.occluded(ray) {
             return Vec3::ONE;
         }
         if !self.stage.has_sheets {
             return Vec3::ZERO;
         }
-        self.through_panes(ray)
+        let first = self.closest_hit(ray);
+        self.through_panes(*ray, first)
     }
 
-    fn through_panes(&mut self, mut ray: Ray) -> Vec3 {
+    /// As [`Tracer::transmitted`], of many rays.
+    pub(crate) fn transmitted_each(&mut self, rays: &[Ray], salts: &dyn Fn(usize) -> u32) -> Vec<Vec3> {
+        let mut dark = vec![false; rays.len()];
+        self.occluded_each(rays, salts, &mut dark);
+        let mut fractions: Vec<Vec3> =
+            dark.iter().map(|&is_dark| if is_dark { Vec3::ZERO } else { Vec3::ONE }).collect();
+        if !self.stage.has_sheets {
+            return fractions;
+        }
+        let blocked: Vec<usize> = (0..rays.len()).filter(|&ray| dark[ray]).collect();
+        let again: Vec<Ray> = blocked.iter().map(|&ray| rays[ray]).collect();
+        let mut hits = vec![None; again.len()];
+        self.closest_hits(&again, &|ray| salts(blocked[ray]), &mut hits);
+        for ((ray, hit), &place) in again.iter().zip(hits).zip(&blocked) {
+            self.salt = salts(place);
+            fractions[place] = self.through_panes(*ray, hit);
+        }
+        fractions
+    }
+
+    /// `hit` is what the ray hits first.
+    fn through_panes(&mut self, mut ray: Ray, mut hit: Option<Hit>) -> Vec3 {
         let direction = Vec3::from(ray.direction);
         let mut fraction = Vec3::ONE;
-        for _ in 0..MOST_PANES {
-            let Some(hit) = self.closest_hit(&ray) else { return fraction };
-            let pane = ShadingPoint::new(self.stage.frame, &hit, direction);
-            let Some(passed) = scatter::passed(&pane, -direction) else { return Vec3::ZERO };
+        for pane in 1..=MOST_PANES {
+            let Some(met) = hit else { return fraction };
+            let point = ShadingPoint::new(self.stage.frame, &met, direction);
+            let Some(passed) = scatter::passed(&point, -direction) else { return Vec3::ZERO };
             fraction *= passed;
-            ray = Ray::new(pane.origin(direction).into(), ray.direction).with_range(0.0, ray.t_max - hit.t);
+            if pane < MOST_PANES {
+                ray = Ray::new(point.origin(direction).into(), ray.direction).with_range(0.0, ray.t_max - met.t);
+                hit = self.closest_hit(&ray);
+            }
         }
         Vec3::ZERO
     }
+}
 
-    fn is_there(&self, candidate: &Candidate<'_>) -> bool {
-        let frame = self.stage.frame;
+impl Stage<'_> {
+    /// A question with the filter, if there is anything with holes.
+    fn query<'b>(&'b self, filter: &'b dyn Fn(&Candidate<'_>) -> bool) -> Query<'b> {
+        let query = self.frame.view.query();
+        if self.has_alpha { query.filter(filter) } else { query }
+    }
+
+    /// As [`Stage::is_there`], for the rays from a number on.
+    fn is_there_in_run(&self, candidate: &Candidate<'_>, start: usize, salts: &dyn Fn(usize) -> u32) -> bool {
+        self.is_there(candidate, salts(start + candidate.ray_index() as usize))
+    }
+
+    fn is_there(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
+        let frame = self.frame;
         let instance = frame.view.instance_at(candidate.instance_index());
+        if Dress::material_at(&frame.look, &instance, candidate.primitive()).alpha == Alpha::Opaque {
+            return true;
+        }
         let at = [candidate.u(), candidate.v()];
         let presence = Dress::at(&frame.look, &instance, candidate.primitive(), at).presence();
-        is_there(presence, candidate.instance_index(), candidate.primitive(), at, self.salt)
+        is_there(presence, candidate.instance_index(), candidate.primitive(), at, salt)
     }
 }

@@ -2,10 +2,13 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+
 use common::{Estimate, Model, Shape, picture, placed, settings};
-use kinetree::{Affine, Motion};
+use kinetree::{Affine, Motion, Ray};
 use kinetree_render::{
-    Alpha, Camera, Filter, Frame, IntegratorKind, Light, Material, Scatter, Settings, Sky, Texture, Wrap,
+    Alpha, Camera, Film, Filter, Frame, Integrator, IntegratorKind, Light, Material, Sampler, Scatter, Settings, Sky,
+    Texture, Tracer, Wrap, render_with,
 };
 
 /// A bit of everything: area lights, a sun with a disc, a sky, glass, a pane, textures, masks and blends.
@@ -101,6 +104,35 @@ fn asking_lights_changes_the_noise_and_not_the_mean() {
         distance += (simple.mean - path.mean) / path.mean / 48.0;
     }
     assert!(distance.abs() < 0.003, "a bias of {distance}");
+}
+
+/// Answers for one ray after another, whatever the integrator knows about many.
+struct OneByOne(Box<dyn Integrator>);
+
+impl Integrator for OneByOne {
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
+        self.0.radiance(tracer, ray, sampler)
+    }
+}
+
+#[test]
+fn many_rays_together_bring_what_they_bring_one_by_one_to_the_bit() {
+    let frame = everything();
+    for kind in IntegratorKind::ALL {
+        // More samples than are traced together, and fewer; paths that end soon or late; no light lost, or some.
+        for (size, spp, max_depth, clamp) in
+            [(40, 5, 64, None), (21, 90, 3, None), (9, 1, 64, Some(0.5)), (5, 1, 0, None)]
+        {
+            let settings = Settings { height: size / 2 + 3, max_depth, clamp, ..settings(kind, size, spp) };
+            let together = picture(&frame, &camera(), &settings);
+            let one_by_one = OneByOne(kind.with(&settings));
+            let one_by_one = render_with(&one_by_one, &frame, &camera(), &settings, &|_| ControlFlow::Continue(()));
+            let one_by_one = one_by_one.expect("good settings");
+            let bits = |film: &Film| film.pixels().iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert!(bits(&together.film) == bits(&one_by_one.film), "{kind}, {settings:?}");
+            assert_eq!(together.rays, one_by_one.rays, "{kind}, {settings:?}");
+        }
+    }
 }
 
 #[test]

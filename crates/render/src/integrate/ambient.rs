@@ -8,6 +8,8 @@ use glam::Vec3;
 use kinetree::Ray;
 
 use super::Integrator;
+use super::glance::first_hits;
+use crate::shading::ShadingPoint;
 use crate::warp::{Basis, cosine_hemisphere};
 use crate::{Sampler, Tracer};
 
@@ -15,16 +17,44 @@ use crate::{Sampler, Tracer};
 #[derive(Debug, Clone, Copy)]
 pub struct Ambient;
 
+impl Ambient {
+    /// A ray from a place that another ray has seen: the place is open if this one meets nothing. `None` where it leads below
+    /// the true surface: there everything is blocked.
+    fn feeler(point: &ShadingPoint<'_>, seen_by: &Ray, sampler: &mut Sampler) -> Option<Ray> {
+        sampler.begin_bounce(0);
+        let direction = Basis::around(point.normal).to_world(cosine_hemisphere(sampler.next_2d().into())).normalize();
+        let reach = 0.5 * point.position.distance(Vec3::from(seen_by.origin));
+        (point.facing.dot(direction) > 0.0).then(|| point.ray(direction, reach))
+    }
+}
+
+const OPEN: [f32; 3] = [1.0; 3];
+const BLOCKED: [f32; 3] = [0.0; 3];
+
 impl Integrator for Ambient {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
-        sampler.begin_bounce(0);
-        let Some(point) = tracer.see(ray) else { return [1.0; 3] };
-        let direction = Basis::around(point.normal).to_world(cosine_hemisphere(sampler.next_2d().into())).normalize();
-        let reach = 0.5 * point.position.distance(Vec3::from(ray.origin));
-        // Below the true surface everything is blocked.
-        let open = point.facing.dot(direction) > 0.0
-            && !tracer.occluded(&Ray::new(point.origin(direction).into(), direction.into()).with_range(0.0, reach));
-        [f32::from(u8::from(open)); 3]
+        let Some(point) = tracer.see(ray) else { return OPEN };
+        let feeler = Self::feeler(&point, ray, sampler);
+        if feeler.is_some_and(|feeler| !tracer.occluded(&feeler)) { OPEN } else { BLOCKED }
+    }
+
+    fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
+        let stage = tracer.stage();
+        let (mut places, mut feelers) = (Vec::new(), Vec::new());
+        for (at, hit) in first_hits(tracer, rays, samplers).into_iter().enumerate() {
+            colors[at] = if hit.is_some() { BLOCKED } else { OPEN };
+            let Some(hit) = hit else { continue };
+            let point = ShadingPoint::new(stage.frame(), &hit, rays[at].direction.into());
+            if let Some(feeler) = Self::feeler(&point, &rays[at], &mut samplers[at]) {
+                places.push(at);
+                feelers.push(feeler);
+            }
+        }
+        let mut blocked = vec![false; feelers.len()];
+        tracer.occluded_each(&feelers, &|ray| samplers[places[ray]].salt(), &mut blocked);
+        for (&at, blocked) in places.iter().zip(blocked) {
+            colors[at] = if blocked { BLOCKED } else { OPEN };
+        }
     }
 
     fn is_display_ready(&self) -> bool {

@@ -2,21 +2,33 @@
 
 use kinetree::Ray;
 
+use super::glance::{self, Glance};
 use super::{Integrator, NOTHING, shaded};
 use crate::color::from_hue;
 use crate::sampler::{combine, unit_hash};
-use crate::{Sampler, Tracer};
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Stage, Tracer};
 
 /// Instances and triangles as colours.
 #[derive(Debug, Clone, Copy)]
 pub struct Ids;
 
-impl Integrator for Ids {
-    fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
-        let Some(point) = tracer.see(ray) else { return NOTHING };
+impl Glance for Ids {
+    fn color(&self, _: &Stage<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+        let Some(point) = point else { return NOTHING };
         let shade = unit_hash(combine(point.instance, point.primitive));
         let color = from_hue(unit_hash(point.instance), 0.5 + 0.3 * shade, 0.45 + 0.5 * shade);
-        shaded(color, &point, ray)
+        shaded(color, point, ray)
+    }
+}
+
+impl Integrator for Ids {
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
+        glance::one(self, tracer, ray)
+    }
+
+    fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
+        glance::each(self, tracer, rays, samplers, colors);
     }
 
     fn is_display_ready(&self) -> bool {

@@ -3,12 +3,14 @@
 //! `simple_path.rs` is the one to read first; `path.rs` computes the same faster. The others show what is inside.
 
 mod ambient;
+mod glance;
 mod heatmap;
 mod ids;
 mod motion;
 mod normals;
 mod path;
 mod simple_path;
+mod wave;
 
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
@@ -32,6 +34,18 @@ pub trait Integrator: Send + Sync {
     /// The colour that comes along a ray of unit direction, linear RGB: radiance, or for pictures that
     /// [are ready](Integrator::is_display_ready) a colour in 0..=1.
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3];
+
+    /// The colours along the rays of many samples, neighbours of which go nearly alike: those of
+    /// [`Integrator::radiance`], to the bit. One after another, unless an integrator knows better.
+    ///
+    /// # Panics
+    /// When there are fewer samplers or colours than rays.
+    fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
+        for (at, ray) in rays.iter().enumerate() {
+            tracer.begin_sample(samplers[at].salt());
+            colors[at] = self.radiance(tracer, ray, &mut samplers[at]);
+        }
+    }
 
     /// Whether colours are meant to be seen as they are, without exposure and tone mapping.
     fn is_display_ready(&self) -> bool {

@@ -3,23 +3,35 @@
 use glam::Vec3;
 use kinetree::{Motion, Ray};
 
+use super::glance::{self, Glance};
 use super::{Integrator, NOTHING, shaded};
-use crate::{Sampler, Tracer};
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Stage, Tracer};
 
 /// The motion of meshes as colours: grey is static, blue rigid, green deforming, red rebuilt.
 #[derive(Debug, Clone, Copy)]
 pub struct Motions;
 
-impl Integrator for Motions {
-    fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
-        let Some(point) = tracer.see(ray) else { return NOTHING };
-        let color = match tracer.stage().frame().view.instance_at(point.instance).motion() {
+impl Glance for Motions {
+    fn color(&self, stage: &Stage<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+        let Some(point) = point else { return NOTHING };
+        let color = match stage.frame().view.instance_at(point.instance).motion() {
             Motion::Static => Vec3::new(0.45, 0.45, 0.45),
             Motion::Rigid => Vec3::new(0.08, 0.25, 0.85),
             Motion::Deforming => Vec3::new(0.1, 0.6, 0.12),
             Motion::Rebuilt => Vec3::new(0.85, 0.12, 0.06),
         };
-        shaded(color, &point, ray)
+        shaded(color, point, ray)
+    }
+}
+
+impl Integrator for Motions {
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
+        glance::one(self, tracer, ray)
+    }
+
+    fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
+        glance::each(self, tracer, rays, samplers, colors);
     }
 
     fn is_display_ready(&self) -> bool {

@@ -3,16 +3,28 @@
 use glam::Vec3;
 use kinetree::Ray;
 
+use super::glance::{self, Glance};
 use super::{Integrator, NOTHING};
-use crate::{Sampler, Tracer};
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Stage, Tracer};
 
 /// Shading normals in world space as colours, on the side of the viewer.
 #[derive(Debug, Clone, Copy)]
 pub struct Normals;
 
+impl Glance for Normals {
+    fn color(&self, _: &Stage<'_>, _: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+        point.map_or(NOTHING, |point| (point.normal * 0.5 + Vec3::splat(0.5)).into())
+    }
+}
+
 impl Integrator for Normals {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
-        tracer.see(ray).map_or(NOTHING, |point| (point.normal * 0.5 + Vec3::splat(0.5)).into())
+        glance::one(self, tracer, ray)
+    }
+
+    fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
+        glance::each(self, tracer, rays, samplers, colors);
     }
 
     fn is_display_ready(&self) -> bool {

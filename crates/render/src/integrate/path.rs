@@ -2,17 +2,19 @@
 //! paths find by themselves is weighed against that by the power heuristic. Paths that carry little are ended by Russian
 //! roulette.
 //!
+//! `radiance` follows one path to its end, `wave.rs` many at once; what happens at a place is the same.
+//!
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"; Arvo and Kirk 1990,
 //! "Particle Transport and Image Synthesis" (roulette).
 
 use glam::Vec3;
 use kinetree::Ray;
 
-use super::Integrator;
+use super::{Integrator, wave};
 use crate::lights::LightSample;
 use crate::scatter::{Bounce, Kind};
 use crate::shading::ShadingPoint;
-use crate::{Sampler, Tracer, scatter};
+use crate::{Sampler, Stage, Tracer, scatter};
 
 /// Unbiased light transport, up to the number of bounces.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +44,8 @@ struct Asked {
 }
 
 /// A path on its way.
-struct Walk {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walk {
     gathered: Vec3,
     throughput: Vec3,
     /// `None` when only mirrors and boundaries lie between here and the camera: then no light was asked about this way.
@@ -53,69 +56,126 @@ struct Walk {
     limit: f32,
 }
 
+/// What a path would get from a light of each group, if nothing stood in the way.
+pub(super) type Questions = [Option<Question>; 3];
+
+/// A light that is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Question {
+    /// From the place to the light.
+    pub(super) ray: Ray,
+    /// What the path brings to the camera of the light that arrives.
+    carried: Vec3,
+    radiance: Vec3,
+    /// Weight over density.
+    scale: f32,
+}
+
 impl Integrator for Path {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
-        let lights = &tracer.stage().lights;
-        let mut ray = *ray;
-        let mut walk =
-            Walk { gathered: Vec3::ZERO, throughput: Vec3::ONE, asked: None, compressed: 1.0, limit: f32::INFINITY };
+        let stage = tracer.stage();
+        let (mut ray, mut walk) = (*ray, Walk::default());
         for bounce in 0..=self.max_depth {
-            sampler.begin_bounce(bounce);
-            if bounce > 0 {
-                walk.limit = self.clamp.unwrap_or(f32::INFINITY);
+            let point = tracer.see(&ray);
+            let (questions, next) = self.arrive(stage, &mut walk, (&ray, point.as_ref()), sampler, bounce);
+            for question in questions.iter().flatten() {
+                walk.take(question, tracer.transmitted(&question.ray));
             }
-            let direction = Vec3::from(ray.direction);
-            let Some(point) = tracer.see(&ray) else {
-                let normal = walk.asked.map_or(direction, |asked| asked.normal);
-                for (radiance, density) in lights.seen_far(direction, normal) {
-                    walk.find(radiance, |_| density);
-                }
-                break;
-            };
-            if point.emission != Vec3::ZERO {
-                walk.find(point.emission, |from| {
-                    lights.near_density(from, point.instance, point.primitive, point.position)
-                });
-            }
-            if bounce == self.max_depth {
-                break;
-            }
-            if scatter::is_spread(&point) {
-                let near = lights.sample_near(&point, sampler);
-                walk.ask(tracer, &point, near);
-                let punctual = lights.sample_punctual(&point, sampler);
-                walk.ask(tracer, &point, punctual);
-                let far = lights.sample_far(&point, sampler);
-                walk.ask(tracer, &point, far);
-            }
-            let Some(next) = scatter::sample(&point, -direction, sampler) else { break };
-            walk.follow(&point, &next);
-            if bounce >= self.roulette_from && !walk.survives(sampler.next_1d()) {
-                break;
-            }
-            ray = Ray::new(point.origin(next.direction).into(), next.direction.into());
+            let Some(next) = next else { break };
+            ray = next;
         }
-        walk.gathered.into()
+        walk.gathered().into()
+    }
+
+    fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
+        wave::radiances(self, tracer, rays, samplers, colors);
+    }
+}
+
+impl Path {
+    /// What happens where a ray arrives, at a point or nowhere: the light found there is added, and lights are chosen to be
+    /// asked. Gives the ray on which the path goes on, if it does.
+    pub(super) fn arrive(
+        &self,
+        stage: &Stage<'_>,
+        walk: &mut Walk,
+        (ray, point): (&Ray, Option<&ShadingPoint<'_>>),
+        sampler: &mut Sampler,
+        bounce: u32,
+    ) -> (Questions, Option<Ray>) {
+        let (lights, mut questions) = (&stage.lights, [None; 3]);
+        sampler.begin_bounce(bounce);
+        if bounce > 0 {
+            walk.limit = self.clamp.unwrap_or(f32::INFINITY);
+        }
+        let direction = Vec3::from(ray.direction);
+        let Some(point) = point else {
+            let normal = walk.asked.map_or(direction, |asked| asked.normal);
+            for (radiance, density) in lights.seen_far(direction, normal) {
+                walk.find(radiance, |_| density);
+            }
+            return (questions, None);
+        };
+        if point.emission != Vec3::ZERO {
+            walk.find(point.emission, |from| {
+                lights.near_density(from, point.instance, point.primitive, point.position)
+            });
+        }
+        if bounce == self.max_depth {
+            return (questions, None);
+        }
+        if scatter::is_spread(point) {
+            let near = lights.sample_near(point, sampler);
+            let punctual = lights.sample_punctual(point, sampler);
+            let far = lights.sample_far(point, sampler);
+            questions = [walk.ask(point, near), walk.ask(point, punctual), walk.ask(point, far)];
+        }
+        let Some(next) = scatter::sample(point, -direction, sampler) else { return (questions, None) };
+        walk.follow(point, &next);
+        if bounce >= self.roulette_from && !walk.survives(sampler.next_1d()) {
+            return (questions, None);
+        }
+        (questions, Some(Ray::new(point.origin(next.direction).into(), next.direction.into())))
+    }
+}
+
+impl Default for Walk {
+    fn default() -> Self {
+        Self { gathered: Vec3::ZERO, throughput: Vec3::ONE, asked: None, compressed: 1.0, limit: f32::INFINITY }
     }
 }
 
 impl Walk {
+    /// The light that the path has brought so far.
+    pub(super) fn gathered(&self) -> Vec3 {
+        self.gathered
+    }
+
     /// Adds light that the path came upon. `density` says how likely asking from a place would have found it.
     fn find(&mut self, radiance: Vec3, density: impl Fn(Vec3) -> f32) {
         let weight = self.asked.map_or(1.0, |asked| weight(asked.density, density(asked.position)));
         self.add(self.throughput * radiance * weight);
     }
 
-    /// Adds the light of a sampled light, as far as it gets through.
-    fn ask(&mut self, tracer: &mut Tracer<'_>, point: &ShadingPoint<'_>, light: Option<LightSample>) {
-        let Some(light) = light else { return };
+    /// What is to be asked about a sampled light; `None` when it would not be seen anyway.
+    fn ask(&self, point: &ShadingPoint<'_>, light: Option<LightSample>) -> Option<Question> {
+        let light = light?;
         let (scattered, density) = scatter::evaluate(point, light.direction);
         if scattered == Vec3::ZERO {
-            return;
+            return None;
         }
         let weight = if light.is_delta { 1.0 } else { weight(light.density, density) };
-        let passed = tracer.transmitted(point, light.direction, light.distance);
-        self.add(self.throughput * scattered * passed * light.radiance * (weight / light.density));
+        Some(Question {
+            ray: point.ray(light.direction, light.distance),
+            carried: self.throughput * scattered,
+            radiance: light.radiance,
+            scale: weight / light.density,
+        })
+    }
+
+    /// Adds the light that was asked for, as far as it got through.
+    pub(super) fn take(&mut self, question: &Question, passed: Vec3) {
+        self.add(question.carried * passed * question.radiance * question.scale);
     }
 
     fn add(&mut self, light: Vec3) {

@@ -1,0 +1,65 @@
+//! Which of many rays go nearly alike: those are worth tracing as packets, the others are not.
+//!
+//! Rays from the camera do, and rays to the sun from neighbouring places, and what a flat mirror makes of either; rays that a
+//! rough surface has scattered do not. Nobody has to say which is which: directions tell.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use kinetree::{Coherence, Ray};
+
+/// As many rays as the library puts into a packet.
+const PACKET: usize = 64;
+
+/// Fewer rays than this are no packet.
+const LEAST: usize = 33;
+
+/// How far apart the directions of a packet may lie, along each axis. Packets of wider ones gained nothing, of narrower ones
+/// only left rays over.
+const WIDEST: f32 = 0.3;
+
+/// The rays, cut into runs that are best traced in one way each. Every run but the last is a multiple of a packet long.
+pub(crate) fn runs(rays: &[Ray]) -> impl Iterator<Item = (Range<usize>, Coherence)> + '_ {
+    let kind = |start: usize| coherence(&rays[start..rays.len().min(start + PACKET)]);
+    let mut start = 0;
+    std::iter::from_fn(move || {
+        let first = start;
+        let coherence = (first < rays.len()).then(|| kind(first))?;
+        while start < rays.len() && kind(start) == coherence {
+            start += PACKET;
+        }
+        Some((first..start.min(rays.len()), coherence))
+    })
+}
+
+fn coherence(rays: &[Ray]) -> Coherence {
+    let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for ray in rays {
+        let direction = Vec3::from(ray.direction);
+        (least, most) = (least.min(direction), most.max(direction));
+    }
+    let are_alike = rays.len() >= LEAST && (most - least).max_element() <= WIDEST;
+    if are_alike { Coherence::Coherent } else { Coherence::Unknown }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_cover_all_rays_in_order_and_packets_are_of_rays_that_go_alike() {
+        let ahead = |i: usize| Ray::new([0.0; 3], [i as f32 * 1e-3, 0.0, 1.0]);
+        let around = |i: usize| Ray::new([0.0; 3], [(i as f32).sin(), (i as f32).cos(), 0.0]);
+        let rays: Vec<Ray> = (0..128).map(ahead).chain((0..70).map(around)).chain((0..140).map(ahead)).collect();
+        for count in [0, 1, 32, 33, 64, 128, 129, 200, rays.len()] {
+            let found: Vec<_> = runs(&rays[..count]).collect();
+            assert_eq!(found.iter().map(|(range, _)| range.len()).sum::<usize>(), count);
+            assert!(found.windows(2).all(|pair| pair[0].0.end == pair[1].0.start && pair[0].1 != pair[1].1));
+            for (range, _) in found.iter().filter(|(_, coherence)| *coherence == Coherence::Coherent) {
+                assert!(range.len() >= LEAST && range.clone().all(|ray| rays[ray].direction[2] > 0.5), "{range:?}");
+            }
+        }
+        let found: Vec<_> = runs(&rays).map(|(range, _)| range).collect();
+        assert_eq!(found, [0..128, 128..256, 256..320, 320..338]);
+    }
+}

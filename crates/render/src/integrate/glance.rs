@@ -1,0 +1,40 @@
+//! Pictures of what is seen at first sight: one ray for each sample, so that all of them go in packets.
+
+use kinetree::{Hit, Ray};
+
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Stage, Tracer};
+
+/// A picture of what rays from the camera see first.
+pub(super) trait Glance {
+    /// The colour of a place, or of none, that a ray sees.
+    fn color(&self, stage: &Stage<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3];
+}
+
+/// What one ray sees.
+pub(super) fn one(glance: &impl Glance, tracer: &mut Tracer<'_>, ray: &Ray) -> [f32; 3] {
+    let point = tracer.see(ray);
+    glance.color(tracer.stage(), ray, point.as_ref())
+}
+
+/// What each of many rays sees.
+pub(super) fn each(
+    glance: &impl Glance,
+    tracer: &mut Tracer<'_>,
+    rays: &[Ray],
+    samplers: &[Sampler],
+    colors: &mut [[f32; 3]],
+) {
+    let stage = tracer.stage();
+    for ((color, ray), hit) in colors.iter_mut().zip(rays).zip(first_hits(tracer, rays, samplers)) {
+        let point = hit.map(|hit| ShadingPoint::new(stage.frame(), &hit, ray.direction.into()));
+        *color = glance.color(stage, ray, point.as_ref());
+    }
+}
+
+/// What rays from the camera hit first.
+pub(super) fn first_hits(tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &[Sampler]) -> Vec<Option<Hit>> {
+    let mut hits = vec![None; rays.len()];
+    tracer.closest_hits(rays, &|ray| samplers[ray].salt(), &mut hits);
+    hits
+}

@@ -1,0 +1,78 @@
+//! Many paths at once, bounce by bounce: all rays of a bounce are traced together, then all that ask for lights, so that
+//! those that go alike share the walk through the trees.
+//!
+//! What happens at a place is [`Path::arrive`], as for a path that is followed alone, and every path adds up its light in the
+//! same order: [`Path::radiance`](super::Integrator::radiance) is the slow twin, and pictures are the same to the bit.
+//!
+//! Laine, Karras and Aila 2013, "Megakernels Considered Harmful: Wavefront Path Tracing on GPUs".
+
+use glam::Vec3;
+use kinetree::Ray;
+
+use super::Path;
+use super::path::{Question, Walk};
+use crate::shading::ShadingPoint;
+use crate::{Sampler, Tracer};
+
+/// The light that comes along each ray from the camera.
+pub(super) fn radiances(
+    path: &Path,
+    tracer: &mut Tracer<'_>,
+    rays: &[Ray],
+    samplers: &mut [Sampler],
+    colors: &mut [[f32; 3]],
+) {
+    let stage = tracer.stage();
+    let mut walks = vec![Walk::default(); rays.len()];
+    let mut front = Front { paths: (0..rays.len()).collect(), rays: rays.to_vec() };
+    let (mut next, mut hits) = (Front::default(), Vec::new());
+    let mut groups: [Group; 3] = Default::default();
+    for bounce in 0..=path.max_depth {
+        hits.clear();
+        hits.resize(front.rays.len(), None);
+        tracer.closest_hits(&front.rays, &|ray| samplers[front.paths[ray]].salt(), &mut hits);
+        for ((&number, ray), hit) in front.paths.iter().zip(&front.rays).zip(&hits) {
+            let point = hit.as_ref().map(|hit| ShadingPoint::new(stage.frame(), hit, ray.direction.into()));
+            let (walk, sampler) = (&mut walks[number], &mut samplers[number]);
+            let (questions, ahead) = path.arrive(stage, walk, (ray, point.as_ref()), sampler, bounce);
+            for (group, question) in groups.iter_mut().zip(questions) {
+                group.extend(question.map(|question| (number, question)));
+            }
+            if let Some(ahead) = ahead {
+                next.paths.push(number);
+                next.rays.push(ahead);
+            }
+        }
+        for group in &mut groups {
+            answer(group, tracer, samplers, &mut walks);
+        }
+        std::mem::swap(&mut front, &mut next);
+        next.paths.clear();
+        next.rays.clear();
+        if front.paths.is_empty() {
+            break;
+        }
+    }
+    for (color, walk) in colors.iter_mut().zip(&walks) {
+        *color = walk.gathered().into();
+    }
+}
+
+/// The paths that are still on their way, by number, and their rays.
+#[derive(Default)]
+struct Front {
+    paths: Vec<usize>,
+    rays: Vec<Ray>,
+}
+
+/// What is asked of the lights of one group, with the number of the path: at most one question of each.
+type Group = Vec<(usize, Question)>;
+
+/// Looks which of the lights are seen, adds their light to the paths, and leaves the group empty.
+fn answer(group: &mut Group, tracer: &mut Tracer<'_>, samplers: &[Sampler], walks: &mut [Walk]) {
+    let rays: Vec<Ray> = group.iter().map(|(_, question)| question.ray).collect();
+    let passed: Vec<Vec3> = tracer.transmitted_each(&rays, &|ray| samplers[group[ray].0].salt());
+    for ((number, question), passed) in group.drain(..).zip(passed) {
+        walks[number].take(&question, passed);
+    }
+}
