@@ -126,6 +126,23 @@ fn hidden_instances_stay_hidden() {
 }
 
 #[test]
+fn filters_are_not_asked_about_opaque_instances_in_batches_either() {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(common::cube(), Motion::Static).unwrap();
+    let solid = scene.add_instance(scene.root(), mesh, Affine::from_translation([0.0, 0.0, 5.0])).unwrap();
+    scene.set_opaque(solid, true).unwrap();
+    scene.add_instance(scene.root(), mesh, Affine::IDENTITY).unwrap();
+    let view = scene.commit();
+    let rays: Vec<Ray> = (0..130).map(|at| Ray::new([at as f32 * 0.005, 0.3, -9.0], [0.0, 0.0, 1.0])).collect();
+    for (level, claim) in Level::available().into_iter().flat_map(|level| CLAIMS.map(|claim| (level, claim))) {
+        let view = view.at_level(level);
+        let mut hits = vec![None; rays.len()];
+        view.query().filter(&|_| false).closest_hits(&rays, &mut hits, claim);
+        assert!(hits.iter().all(|hit| hit.is_some_and(|hit| view.instance(&hit) == solid)), "{level:?}, {claim:?}");
+    }
+}
+
+#[test]
 fn a_large_incoherent_batch_is_answered_in_its_own_order() {
     // Large enough that the rays are sorted.
     let mut random = Random::new(41);

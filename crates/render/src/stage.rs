@@ -5,8 +5,9 @@ use kinetree::{Candidate, Hit, Query, Ray, Work};
 
 use crate::dress::{Dress, is_there};
 use crate::lights::LightTable;
+use crate::panes::Panes;
 use crate::shading::ShadingPoint;
-use crate::{Alpha, Frame, Scatter, alike, scatter};
+use crate::{Alpha, Frame, alike, scatter};
 
 /// A frame with what can be prepared before the first ray. Shared by all threads.
 pub struct Stage<'a> {
@@ -14,8 +15,8 @@ pub struct Stage<'a> {
     pub(crate) lights: LightTable<'a>,
     /// Whether any material has holes.
     has_alpha: bool,
-    /// Whether any material lets light straight through.
-    has_sheets: bool,
+    /// Where light may go straight through.
+    panes: Panes,
 }
 
 impl<'a> Stage<'a> {
@@ -26,7 +27,7 @@ impl<'a> Stage<'a> {
             frame,
             lights: LightTable::new(frame),
             has_alpha: materials.iter().any(|material| material.alpha != Alpha::Opaque),
-            has_sheets: materials.iter().any(|material| matches!(material.scatter, Scatter::ThinDielectric { .. })),
+            panes: Panes::new(frame),
         }
     }
 
@@ -125,7 +126,7 @@ impl<'a> Tracer<'a> {
         if !self.occluded(ray) {
             return Vec3::ONE;
         }
-        if !self.stage.has_sheets {
+        if !self.stage.panes.may_be_on(ray) {
             return Vec3::ZERO;
         }
         let first = self.closest_hit(ray);
@@ -138,10 +139,8 @@ impl<'a> Tracer<'a> {
         self.occluded_each(rays, salts, &mut dark);
         let mut fractions: Vec<Vec3> =
             dark.iter().map(|&is_dark| if is_dark { Vec3::ZERO } else { Vec3::ONE }).collect();
-        if !self.stage.has_sheets {
-            return fractions;
-        }
-        let blocked: Vec<usize> = (0..rays.len()).filter(|&ray| dark[ray]).collect();
+        let panes = &self.stage.panes;
+        let blocked: Vec<usize> = (0..rays.len()).filter(|&ray| dark[ray] && panes.may_be_on(&rays[ray])).collect();
         let again: Vec<Ray> = blocked.iter().map(|&ray| rays[ray]).collect();
         let mut hits = vec![None; again.len()];
         self.closest_hits(&again, &|ray| salts(blocked[ray]), &mut hits);
