@@ -11,6 +11,7 @@ use super::{EditError, Mesh};
 use crate::build::{self, BuildOptions, Quality};
 use crate::clock::Clock;
 use crate::geometry::Triangles;
+use crate::simd::Level;
 use crate::threads::Threads;
 use crate::traverse::Posed;
 use crate::update::{Action, BuildCost, Candidate, Edit, Motion, Reason, decide, has_rotted};
@@ -104,7 +105,8 @@ impl LivingMesh {
         let of = |posed: &Posed| {
             posed.bvh.memory() + posed.triangles.memory() + posed.normals.capacity() * size_of::<[f32; 3]>()
         };
-        self.ring.buffers().map(of).sum()
+        let shared = self.current().map_or(0, |current| current.bvh.refit_memory());
+        self.ring.buffers().map(of).sum::<usize>() + shared
     }
 
     /// Clones of a mesh that bend share the tree of the rest pose; it is built here, before they are brought up to date side by side.
@@ -199,7 +201,7 @@ impl LivingMesh {
                 self.build_cost = BuildCost::of(from);
             }
             let Posed { bvh, triangles, .. } = &mut *spare;
-            from.refit_into(bvh, triangles);
+            from.refit_into(bvh, triangles, threads, Level::current());
             self.drift = self.build_cost.drift(&spare.bvh);
             if has_rotted(self.drift) {
                 (report.action, report.reason) = (Action::Rebuilt, Reason::Drifted);

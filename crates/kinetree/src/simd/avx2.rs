@@ -57,6 +57,21 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
+    fn load3(self, x: &[f32; 3]) -> __m128 {
+        // SAFETY: `self` proves AVX2; a lane that is masked out is not read, so only the three of the array are.
+        unsafe { _mm_maskload_ps(x.as_ptr(), _mm_setr_epi32(-1, -1, -1, 0)) }
+    }
+
+    #[inline(always)]
+    fn first4(self, count: u32, a: __m128, rest: __m128) -> __m128 {
+        // SAFETY: `self` proves AVX2.
+        unsafe {
+            let others = _mm_cmpgt_epi32(_mm_setr_epi32(1, 2, 3, 4), _mm_set1_epi32(count as i32));
+            _mm_blendv_ps(a, rest, _mm_castsi128_ps(others))
+        }
+    }
+
+    #[inline(always)]
     fn splat16(self, x: f32) -> [__m256; 2] {
         [self.splat8(x); 2]
     }

@@ -61,6 +61,18 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
+    fn load3(self, x: &[f32; 3]) -> __m128 {
+        // SAFETY: `self` proves AVX-512VL; a lane that is masked out is not read, so only the three of the array are.
+        unsafe { _mm_maskz_loadu_ps(0b111, x.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn first4(self, count: u32, a: __m128, rest: __m128) -> __m128 {
+        // SAFETY: `self` proves AVX-512VL.
+        unsafe { _mm_mask_blend_ps(((1_u32 << (count & 7)) - 1) as u8, rest, a) }
+    }
+
+    #[inline(always)]
     fn splat16(self, x: f32) -> __m512 {
         // SAFETY: `self` proves AVX-512F.
         unsafe { _mm512_set1_ps(x) }

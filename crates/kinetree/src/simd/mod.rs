@@ -41,6 +41,16 @@ pub(crate) trait Isa: Copy {
     fn max8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn min8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn le8(self, a: Self::F8, b: Self::F8) -> u8;
+    fn add8(self, a: Self::F8, b: Self::F8) -> Self::F8;
+    fn sub8(self, a: Self::F8, b: Self::F8) -> Self::F8;
+    fn mul8(self, a: Self::F8, b: Self::F8) -> Self::F8;
+    /// Of each word, the bits from `SHIFT` on that `MASK` has, as a number below 2^24.
+    fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8;
+    /// Asks for the cache lines of an item that will be needed; there need not be one with that number.
+    #[inline(always)]
+    fn prefetch<T>(self, _items: &[T], _at: usize) {}
+    /// The first three lanes of eight points, as three rows.
+    fn rows8(self, points: &[Self::F4; 8]) -> [Self::F8; 3];
 
     fn splat4(self, x: f32) -> Self::F4;
     fn load4(self, x: &[f32; 4]) -> Self::F4;
@@ -66,6 +76,14 @@ pub(crate) trait Isa: Copy {
     fn sides4(self, x: Self::F4, y: Self::F4, z: Self::F4) -> (u8, u8);
     fn le4(self, a: Self::F4, b: Self::F4) -> u8;
     fn eq4(self, a: Self::F4, b: Self::F4) -> u8;
+    fn max4(self, a: Self::F4, b: Self::F4) -> Self::F4;
+    fn min4(self, a: Self::F4, b: Self::F4) -> Self::F4;
+    /// Three lanes; the fourth is zero. Nothing behind the three is read.
+    fn load3(self, x: &[f32; 3]) -> Self::F4;
+    /// The first `count` lanes of `a`, the others of `rest`.
+    fn first4(self, count: u32, a: Self::F4, rest: Self::F4) -> Self::F4;
+    /// Rows become columns.
+    fn transpose4(self, rows: [Self::F4; 4]) -> [Self::F4; 4];
 
     /// The larger one, compared by bits as signed whole numbers: right for floats unless both are negative.
     fn max_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
@@ -233,6 +251,7 @@ mod tests {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
             out.extend([u32::from(isa.le4(x, y)), u32::from(isa.eq4(x, y))]);
+            out.extend(words_of_boxes(isa));
             let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
             let (x, y) = (isa.load16(&wide([1.0, -2.0, 0.3, nan])), isa.load16(&wide([3.0, -2.0, -0.7, 1.0])));
             for v in [isa.add16(x, y), isa.sub16(x, y), isa.mul16(x, y), isa.div16(x, y), isa.splat16(0.1)] {
@@ -246,6 +265,63 @@ mod tests {
             isa.keep16(&mut place, 0b1010_0000_0011_0001, y);
             out.extend(place.0.iter().map(|x| x.to_bits()));
             out
+        }
+    }
+
+    /// The words that boxes are made with.
+    #[inline(always)]
+    fn words_of_boxes<I: Isa>(isa: I) -> Vec<u32> {
+        let nan = f32::NAN;
+        let mut out = Vec::new();
+        let a = isa.load8(&[1.5, -2.0, 3.0, 0.1, 7.0, -0.0, 1e30, f32::INFINITY]);
+        let b = isa.load8(&[2.0, -3.0, 4.0, 0.3, 7.0, 0.0, 1e30, 1.0]);
+        let links = [0, 1 << 28, 7 << 28, 5 << 28 | 12, u32::MAX, 3, 1 << 31, 0x3fff_ffff];
+        for v in [isa.add8(a, b), isa.sub8(a, b), isa.mul8(a, b), isa.field8::<28, 7>(&links)] {
+            out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
+        }
+        let (x, y) = (isa.load4(&[1.0, -0.0, nan, 0.3]), isa.load4(&[-3.0, 0.0, 0.7, nan]));
+        for v in [isa.max4(x, y), isa.max4(y, x), isa.min4(x, y), isa.min4(y, x), isa.load3(&[0.1, -0.2, 1e30])] {
+            out.extend(isa.store4(v).iter().map(|x| x.to_bits()));
+        }
+        for count in 0..=4 {
+            out.extend(isa.store4(isa.first4(count, x, y)).iter().map(|x| x.to_bits()));
+        }
+        let row = |i: i32| isa.load4(&[i as f32, i as f32 + 0.25, i as f32 + 0.5, i as f32 + 0.75]);
+        for column in isa.transpose4([row(0), row(1), row(2), row(3)]) {
+            out.extend(isa.store4(column).iter().map(|x| x.to_bits()));
+        }
+        for row in isa.rows8(&[row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)]) {
+            out.extend(isa.store8(row).iter().map(|x| x.to_bits()));
+        }
+        out
+    }
+
+    #[test]
+    fn points_become_rows_and_fields_become_numbers() {
+        struct Shapes;
+        impl Kernel for Shapes {
+            type Output = ();
+
+            #[inline(always)]
+            fn run<I: Isa>(self, isa: I) {
+                let point = |i: i32| isa.load3(&[i as f32, 10.0 + i as f32, 20.0 + i as f32]);
+                let points = [point(0), point(1), point(2), point(3), point(4), point(5), point(6), point(7)];
+                let [x, y, z] = isa.rows8(&points);
+                assert_eq!(isa.store8(x), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+                assert_eq!(isa.store8(y), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0]);
+                assert_eq!(isa.store8(z), [20.0, 21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0]);
+                let [x, y, z, w] = isa.transpose4([points[0], points[1], points[2], points[3]]);
+                assert_eq!(isa.store4(x), [0.0, 1.0, 2.0, 3.0]);
+                assert_eq!(isa.store4(y), [10.0, 11.0, 12.0, 13.0]);
+                assert_eq!(isa.store4(z), [20.0, 21.0, 22.0, 23.0]);
+                assert_eq!(isa.store4(w), [0.0; 4]);
+                let links = [1 << 28, 2 << 28, 7 << 28, 15 << 28, 9, 0, u32::MAX, 8 << 28];
+                assert_eq!(isa.store8(isa.field8::<28, 7>(&links)), [1.0, 2.0, 7.0, 7.0, 0.0, 0.0, 7.0, 0.0]);
+                assert_eq!(isa.store4(isa.first4(3, x, y)), [0.0, 1.0, 2.0, 13.0]);
+            }
+        }
+        for level in Level::available() {
+            level.run(Shapes);
         }
     }
 

@@ -80,6 +80,41 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn add8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| a + b)
+    }
+
+    #[inline(always)]
+    fn sub8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn mul8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        zip(a, b, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> [f32; 8] {
+        let mut out = [0.0; 8];
+        for lane in 0..8 {
+            out[lane] = (words[lane] >> SHIFT & MASK) as f32;
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn rows8(self, points: &[[f32; 4]; 8]) -> [[f32; 8]; 3] {
+        let mut out = [[0.0; 8]; 3];
+        for lane in 0..8 {
+            for axis in 0..3 {
+                out[axis][lane] = points[lane][axis];
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
     fn splat4(self, x: f32) -> [f32; 4] {
         [x; 4]
     }
@@ -165,6 +200,41 @@ impl Isa for Scalar {
     #[inline(always)]
     fn eq4(self, a: [f32; 4], b: [f32; 4]) -> u8 {
         mask(a, b, |a, b| a == b)
+    }
+
+    #[inline(always)]
+    fn max4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn min4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        zip(a, b, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn load3(self, x: &[f32; 3]) -> [f32; 4] {
+        [x[0], x[1], x[2], 0.0]
+    }
+
+    #[inline(always)]
+    fn first4(self, count: u32, a: [f32; 4], rest: [f32; 4]) -> [f32; 4] {
+        let mut out = rest;
+        for lane in 0..4 {
+            out[lane] = if (lane as u32) < count { a[lane] } else { rest[lane] };
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn transpose4(self, rows: [[f32; 4]; 4]) -> [[f32; 4]; 4] {
+        let mut out = [[0.0; 4]; 4];
+        for row in 0..4 {
+            for column in 0..4 {
+                out[column][row] = rows[row][column];
+            }
+        }
+        out
     }
 
     #[inline(always)]

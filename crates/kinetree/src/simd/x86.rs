@@ -175,6 +175,90 @@ macro_rules! words_of_avx2 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm_div_ps(a, b) }
         }
+
+        #[inline(always)]
+        fn add8(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves AVX2.
+            unsafe { _mm256_add_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn sub8(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves AVX2.
+            unsafe { _mm256_sub_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn mul8(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves AVX2.
+            unsafe { _mm256_mul_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> __m256 {
+            // SAFETY: `self` proves AVX2; eight words are read from an array of eight.
+            unsafe {
+                let words = _mm256_srli_epi32::<SHIFT>(_mm256_loadu_si256(words.as_ptr().cast()));
+                _mm256_cvtepi32_ps(_mm256_and_si256(words, _mm256_set1_epi32(MASK as i32)))
+            }
+        }
+
+        #[inline(always)]
+        fn prefetch<T>(self, items: &[T], at: usize) {
+            let item = items.as_ptr().wrapping_add(at).cast::<i8>();
+            for line in 0..size_of::<T>().div_ceil(64) {
+                // SAFETY: prefetching is harmless at any address, and the address is made without any claim that something is there.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(item.wrapping_add(64 * line)) }
+            }
+        }
+
+        #[inline(always)]
+        fn rows8(self, points: &[__m128; 8]) -> [__m256; 3] {
+            // SAFETY: `self` proves AVX2.
+            unsafe {
+                let [a, b, c, d] = [
+                    _mm256_set_m128(points[4], points[0]),
+                    _mm256_set_m128(points[5], points[1]),
+                    _mm256_set_m128(points[6], points[2]),
+                    _mm256_set_m128(points[7], points[3]),
+                ];
+                let (xy_ab, xy_cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                let (zw_ab, zw_cd) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                [
+                    _mm256_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(zw_ab, zw_cd),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn max4(self, a: __m128, b: __m128) -> __m128 {
+            // SAFETY: `self` proves AVX2.
+            unsafe { _mm_max_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn min4(self, a: __m128, b: __m128) -> __m128 {
+            // SAFETY: `self` proves AVX2.
+            unsafe { _mm_min_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn transpose4(self, rows: [__m128; 4]) -> [__m128; 4] {
+            let [a, b, c, d] = rows;
+            // SAFETY: `self` proves AVX2.
+            unsafe {
+                let (xy_ab, xy_cd) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
+                let (zw_ab, zw_cd) = (_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+                [
+                    _mm_movelh_ps(xy_ab, xy_cd),
+                    _mm_movehl_ps(xy_cd, xy_ab),
+                    _mm_movelh_ps(zw_ab, zw_cd),
+                    _mm_movehl_ps(zw_cd, zw_ab),
+                ]
+            }
+        }
     };
 }
 

@@ -6,7 +6,7 @@
 use crate::tree::Bvh;
 use crate::wide::WideMesh;
 
-/// Costs that a tree is judged by; only ratios matter.
+/// Costs that a binary tree is judged by; only ratios matter.
 const NODE_COST: f32 = 1.0;
 const PRIMITIVE_COST: f32 = 1.0;
 
@@ -16,12 +16,12 @@ pub(crate) struct BuildCost(f32);
 
 impl BuildCost {
     pub(crate) fn of(tree: &WideMesh) -> Self {
-        Self(tree.cost(NODE_COST, PRIMITIVE_COST))
+        Self(tree.expected_cost())
     }
 
     /// The expected cost of a ray now over that at the build: 1 when nothing got worse.
     pub(crate) fn drift(self, now: &WideMesh) -> f32 {
-        ratio(now.cost(NODE_COST, PRIMITIVE_COST), self.0)
+        ratio(now.expected_cost(), self.0)
     }
 }
 

@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 const LEAF: u32 = 1 << 31;
-const COUNT_SHIFT: u32 = 28;
-const INDEX_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+const INDEX_MASK: u32 = (1 << WideLink::COUNT_SHIFT) - 1;
 
 /// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,6 +28,9 @@ impl WideLink {
     /// Nodes and units are numbered below this.
     pub const MAX_INDEX: u32 = INDEX_MASK;
 
+    /// In the three bits from here on stands how many units there are, less one; zero for a node.
+    pub(crate) const COUNT_SHIFT: u32 = 28;
+
     /// To a node.
     ///
     /// # Panics
@@ -46,7 +48,7 @@ impl WideLink {
         let count = range.end.saturating_sub(range.start);
         assert!((1..=Self::MAX_UNITS).contains(&count), "a leaf of {count} units");
         assert!(range.start <= INDEX_MASK, "unit {} has no room in a link", range.start);
-        Self(LEAF | (count - 1) << COUNT_SHIFT | range.start)
+        Self(LEAF | (count - 1) << Self::COUNT_SHIFT | range.start)
     }
 
     #[inline(always)]
@@ -80,7 +82,7 @@ impl WideLink {
     /// How many units, of a leaf.
     #[inline(always)]
     pub(crate) fn unit_count(self) -> usize {
-        (self.0 >> COUNT_SHIFT & 7) as usize + 1
+        (self.0 >> Self::COUNT_SHIFT & 7) as usize + 1
     }
 
     /// What it leads to.

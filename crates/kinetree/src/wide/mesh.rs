@@ -1,7 +1,10 @@
 //! A wide tree over triangles, which stand in its leaves.
 
+use std::sync::{Arc, OnceLock};
+
 use super::block::BLOCK;
 use super::collapse::{Costs, collapse};
+use super::refit::{Plan, Swept};
 use super::{TriangleBlock, WideTree, WideViolation};
 use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
@@ -9,16 +12,20 @@ use crate::threads::Threads;
 use crate::tree::Bvh;
 
 /// Of a node and of a block, in the same units: a step over eight boxes is taken to cost as much as a test of four triangles.
-const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, max_units: 4 };
+pub(super) const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, max_units: 4 };
 
 /// An eight-way tree whose leaves hold blocks of four triangles.
 #[doc(alias = "BLAS")]
 #[derive(Debug, Clone, Default)]
 pub struct WideMesh {
-    tree: WideTree,
-    blocks: Vec<TriangleBlock>,
+    pub(super) tree: WideTree,
+    pub(super) blocks: Vec<TriangleBlock>,
     /// How many different triangles the leaves hold.
     triangles: u32,
+    /// Made by the first refit. Trees with the same plan have the same shape.
+    pub(super) plan: OnceLock<Arc<Plan>>,
+    /// What the refit that wrote this tree found: of each chunk, and at last of the nodes above them. Nothing in a tree that was built.
+    pub(super) chunks: Vec<Swept>,
 }
 
 impl WideMesh {
@@ -49,28 +56,22 @@ impl WideMesh {
             first..blocks.len() as u32
         });
         blocks.shrink_to_fit();
-        Self { tree, blocks, triangles: binary.primitive_count() as u32 }
+        Self { tree, blocks, triangles: binary.primitive_count() as u32, ..Self::default() }
     }
 
     /// From parts that were read. As many blocks as the tree has units.
     pub(super) fn from_parts(tree: WideTree, blocks: Vec<TriangleBlock>, triangles: u32) -> Self {
         assert_eq!(tree.unit_count(), blocks.len(), "each unit is a block");
-        Self { tree, blocks, triangles }
+        Self { tree, blocks, triangles, ..Self::default() }
     }
 
-    /// The same tree for triangles that have moved, written into `spare`, whatever that held before. If it held a tree of the same size, nothing is
-    /// allocated.
-    pub(crate) fn refit_into(&self, spare: &mut Self, triangles: &Triangles) {
-        spare.triangles = self.triangles;
-        spare.blocks.clone_from(&self.blocks);
-        spare.tree.nodes.clone_from(&self.tree.nodes);
-        spare.tree.units = self.tree.units;
-        let blocks = &mut spare.blocks;
-        blocks.iter_mut().for_each(|block| block.move_to(|triangle| triangles.get(triangle)));
-        spare.tree.refit(|unit| blocks[unit as usize].bounds());
-        if spare.tree.nodes.is_empty() {
-            spare.tree.bounds = Aabb::EMPTY;
-        }
+    /// Becomes a copy but for corners and planes, which a refit is going to write.
+    pub(super) fn take_shape_of(&mut self, other: &Self, plan: Arc<Plan>) {
+        self.triangles = other.triangles;
+        self.tree.units = other.tree.units;
+        copy(&other.tree.nodes, &mut self.tree.nodes);
+        copy(&other.blocks, &mut self.blocks);
+        self.plan = OnceLock::from(plan);
     }
 
     /// The nodes.
@@ -114,12 +115,29 @@ impl WideMesh {
 
     /// Bytes held, triangles included.
     pub fn memory(&self) -> usize {
-        self.tree.memory() + self.blocks.capacity() * size_of::<TriangleBlock>()
+        self.tree.memory()
+            + self.blocks.capacity() * size_of::<TriangleBlock>()
+            + self.chunks.capacity() * size_of::<Swept>()
+    }
+
+    /// Bytes held for refits, once for all trees that were refitted from each other.
+    pub fn refit_memory(&self) -> usize {
+        self.plan.get().map_or(0, |plan| plan.memory())
     }
 
     /// The expected cost of a ray that hits the root, in visits of nodes and tests of blocks.
     pub fn cost(&self, node_cost: f32, block_cost: f32) -> f32 {
         self.tree.cost(node_cost, block_cost)
+    }
+
+    /// The expected cost of a ray that hits the root, by the costs that the tree was collapsed for. After a refit it is known.
+    pub(crate) fn expected_cost(&self) -> f32 {
+        let root = f64::from(self.bounds().half_area());
+        let below: f64 = self.chunks.iter().map(|chunk| chunk.cost).sum();
+        if self.chunks.is_empty() || root <= 0.0 || !root.is_finite() || !below.is_finite() {
+            return self.cost(COSTS.node, COSTS.unit);
+        }
+        (f64::from(COSTS.node) + below / root) as f32
     }
 
     /// See [`WideTree::overlap`].
@@ -142,4 +160,13 @@ impl WideMesh {
         }
         Ok(())
     }
+}
+
+/// Replaces the contents of `to`, in the memory that is there if it is enough, otherwise in large pages.
+fn copy<T: Copy>(from: &[T], to: &mut Vec<T>) {
+    if to.capacity() < from.len() {
+        *to = with_room(from.len());
+    }
+    to.clear();
+    to.extend_from_slice(from);
 }

@@ -7,6 +7,7 @@ mod instance;
 mod link;
 mod mesh;
 mod node;
+mod refit;
 mod top;
 mod tree;
 

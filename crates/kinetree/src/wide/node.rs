@@ -53,6 +53,12 @@ impl WideNode {
         (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
     }
 
+    /// The half areas of all boxes, each weighed by what it takes to visit what it leads to.
+    pub(crate) fn cost_of_lanes(&self, node_cost: f32, unit_cost: f32) -> f64 {
+        let cost_of = |link: WideLink| if link.is_leaf() { unit_cost * link.unit_count() as f32 } else { node_cost };
+        self.lanes().map(|(lane, link)| f64::from(self.bounds(lane).half_area()) * f64::from(cost_of(link))).sum()
+    }
+
     /// Where a lane leads, if it is in use.
     pub fn link(&self, lane: usize) -> Option<WideLink> {
         (self.in_use >> lane & 1 == 1).then(|| WideLink::from_bits(self.links[lane]))

@@ -16,7 +16,9 @@ pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
 /// 3. the box of a lane contains the boxes of the node that it leads to;
 /// 4. every unit is in exactly one leaf;
 /// 5. no child stands before its parent, so a backwards walk refits; each node knows the lane that leads to it;
-/// 6. no path is longer than [`MAX_DEPTH`](crate::tree::MAX_DEPTH).
+/// 6. no path is longer than [`MAX_DEPTH`](crate::tree::MAX_DEPTH);
+/// 7. a subtree stands together: after each node come the subtrees of its lanes, one after the other, and the units of the leaves stand in the order of the
+///    nodes that lead to them, so a part of the tree is a part of both lists.
 ///
 /// A tree without units has no nodes.
 #[derive(Debug, Clone, Default)]
@@ -122,7 +124,7 @@ impl WideTree {
         if root > 0.0 && root.is_finite() { (shared / root) as f32 } else { 0.0 }
     }
 
-    /// Checks promises 1 to 6.
+    /// Checks promises 1 to 7.
     ///
     /// # Errors
     /// The first promise that does not hold, and where.
@@ -178,29 +180,34 @@ impl WideTree {
             None if self.nodes.first().is_some_and(|root| !self.bounds.contains(&root.all_bounds())) => {
                 Err(WideViolation { promise: 3, what: "a root larger than the whole", node: 0, lane: 0 })
             }
-            None => Ok(()),
+            None => self.check_order(),
         }
     }
 
-    /// New boxes, from the units up: backwards, because no child stands before its parent. Boxes are read from nowhere but the units.
-    pub(super) fn refit(&mut self, bounds_of_unit: impl Fn(u32) -> Aabb) {
-        for at in (0..self.nodes.len()).rev() {
-            let mut all = Aabb::EMPTY;
-            for lane in 0..LANES {
-                let Some(link) = self.nodes[at].link(lane) else { break };
-                if let WideTarget::Units(units) = link.target() {
-                    let bounds = units.fold(Aabb::EMPTY, |all, unit| all.union(&bounds_of_unit(unit)));
-                    self.nodes[at].set_box(lane, &bounds);
+    /// Whether promise 7 holds, given the others.
+    fn check_order(&self) -> Result<(), WideViolation> {
+        let violation = |what, node, lane| Err(WideViolation { promise: 7, what, node, lane });
+        let mut sizes = vec![1; self.nodes.len()];
+        for at in (1..self.nodes.len()).rev() {
+            sizes[self.nodes[at].parent_lane as usize / LANES] += sizes[at];
+        }
+        let mut next_unit = 0;
+        for (at, node) in self.nodes.iter().enumerate() {
+            let mut next_node = at + 1;
+            for (lane, link) in node.lanes() {
+                match link.target() {
+                    WideTarget::Node(child) if child as usize != next_node => {
+                        return violation("a subtree that does not stand together", at, lane);
+                    }
+                    WideTarget::Units(units) if units.start != next_unit => {
+                        return violation("units that are not in the order of their nodes", at, lane);
+                    }
+                    WideTarget::Node(child) => next_node += sizes[child as usize],
+                    WideTarget::Units(units) => next_unit = units.end,
                 }
-                // The boxes of lanes that lead to nodes were written when those were visited.
-                all = all.union(&self.nodes[at].bounds(lane));
-            }
-            let parent = self.nodes[at].parent_lane as usize;
-            match at {
-                0 => self.bounds = all,
-                _ => self.nodes[parent / LANES].set_box(parent % LANES, &all),
             }
         }
+        Ok(())
     }
 
     pub(super) fn link_of_lane(&mut self, parent_lane: u32, link: WideLink) {

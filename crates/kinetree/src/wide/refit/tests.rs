@@ -1,0 +1,248 @@
+use super::super::TriangleBlock;
+use super::by_hand;
+use super::plan::{MOST_BLOCKS, MOST_NODES};
+use super::*;
+use crate::build::{self, BuildOptions, Quality};
+use crate::threads::Executor;
+
+/// Splitmix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Between -1 and 1.
+    fn signed(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn point(&mut self, size: f32) -> [f32; 3] {
+        [self.signed() * size, self.signed() * size, self.signed() * size]
+    }
+}
+
+/// Triangles that share corners with neighbours, `size` large altogether.
+fn soup(count: u32, size: f32, random: &mut Random) -> (Vec<[f32; 3]>, Arc<[[u32; 3]]>) {
+    let mut positions = Vec::new();
+    for _ in 0..count.div_ceil(2) {
+        let middle = random.point(size);
+        for _ in 0..4 {
+            let aside = random.point(size * 0.03);
+            positions.push([0, 1, 2].map(|axis| middle[axis] + aside[axis]));
+        }
+    }
+    let of = |i: u32| [[0, 1, 2], [2, 1, 3]][i as usize % 2].map(|corner| i / 2 * 4 + corner);
+    (positions, (0..count).map(of).collect())
+}
+
+fn tree_of(positions: &[[f32; 3]], indices: &Arc<[[u32; 3]]>, quality: Quality) -> WideMesh {
+    let triangles = Triangles::new(positions.to_vec(), indices.clone()).expect("indices in range");
+    let options = BuildOptions { quality, threads: Threads::one(), ..BuildOptions::default() };
+    WideMesh::new(&build::triangles(&triangles, &options), &triangles)
+}
+
+/// All bits that a refit writes. The sign of zero does not count: which of two zeros is the smaller one depends on the order of looking.
+fn bits(tree: &WideMesh) -> Vec<u32> {
+    let bounds = tree.bounds();
+    let planes = tree.tree.nodes.iter().flat_map(|node| node.planes.as_flattened().as_flattened());
+    let planes = planes.chain(&bounds.min).chain(&bounds.max).map(|x| (x + 0.0).to_bits());
+    let links = tree.tree.nodes.iter().flat_map(|node| node.links.iter().copied());
+    let corners = |block: &TriangleBlock| {
+        let corners = block.corners.as_flattened().as_flattened().to_vec();
+        corners.into_iter().map(f32::to_bits).chain(block.primitives).chain([block.count])
+    };
+    planes.chain(links).chain(tree.blocks.iter().flat_map(corners)).collect()
+}
+
+/// As many threads as are asked for, as a pool would have them: every second join on a thread of its own until they are used up.
+struct Pool(std::sync::atomic::AtomicUsize);
+
+impl Executor for Pool {
+    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+        use std::sync::atomic::Ordering::Relaxed;
+        if self.0.fetch_update(Relaxed, Relaxed, |free| free.checked_sub(1)).is_err() {
+            one();
+            other();
+            return;
+        }
+        std::thread::scope(|scope| {
+            scope.spawn(&mut *other);
+            one();
+        });
+        self.0.fetch_add(1, Relaxed);
+    }
+}
+
+fn pools() -> Vec<Threads> {
+    let own = (1..4).map(|more| Threads::of(Arc::new(Pool(more.into()))));
+    [Threads::one(), Threads::default()].into_iter().chain(own).collect()
+}
+
+fn check(name: &str, tree: &WideMesh, moved: &Triangles, spare: &mut WideMesh) {
+    let expected = by_hand::refit(tree, moved);
+    assert_eq!(expected.validate(), Ok(()), "{name}");
+    let expected_bits = bits(&expected);
+    let mut chunks = None;
+    for level in Level::available() {
+        for threads in pools() {
+            tree.refit_into(spare, moved, &threads, level);
+            assert_eq!(spare.validate(), Ok(()), "{name}, {level:?}, {threads:?}");
+            assert!(bits(spare) == expected_bits, "{name}, {level:?}, {threads:?}: not the boxes of the twin");
+            let sums: Vec<(Aabb, u64)> =
+                spare.chunks.iter().map(|chunk| (chunk.bounds, chunk.cost.to_bits())).collect();
+            assert_eq!(chunks.get_or_insert_with(|| sums.clone()), &sums, "{name}, {level:?}, {threads:?}");
+            let (known, counted) = (spare.expected_cost(), expected.cost(COSTS.node, COSTS.unit));
+            assert!((known - counted).abs() <= 1e-4 * counted || counted.is_nan(), "{name}: {known}, not {counted}");
+        }
+    }
+}
+
+#[test]
+fn a_refit_is_the_slow_one_bit_for_bit() {
+    let seed = 0x5eed_0001;
+    let mut random = Random(seed);
+    for count in [0, 1, 2, 3, 4, 5, 9, 40, 700, 30_000] {
+        for (size, quality) in [
+            (1.0, Quality::Fast),
+            (1e-40, Quality::Fast),
+            (1e-18, Quality::Fastest),
+            (1e18, Quality::Fast),
+            (3e38, Quality::Fast),
+            (2.0, Quality::Best),
+        ] {
+            if count > 700 && size != 1.0 && size != 2.0 {
+                continue;
+            }
+            let (still, indices) = soup(count, size, &mut random);
+            let tree = tree_of(&still, &indices, quality);
+            let mut spare = tree_of(&still[..still.len().min(4)], &indices[..indices.len().min(2)].into(), quality);
+            for bend in [0.0, 0.3] {
+                let moved = still.iter().map(|p| [p[0] - p[1] * bend, p[1], p[2] * (1.0 - bend)]).collect();
+                let moved = Triangles::new(moved, indices.clone()).expect("indices in range");
+                check(
+                    &format!("seed {seed}, {count} of size {size:e}, {quality:?}, {bend}"),
+                    &tree,
+                    &moved,
+                    &mut spare,
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn flat_and_vanishing_triangles_are_refitted_like_others() {
+    let seed = 0x5eed_0002;
+    let mut random = Random(seed);
+    let (still, indices) = soup(900, 1.0, &mut random);
+    let tree = tree_of(&still, &indices, Quality::Fast);
+    let mut spare = WideMesh::default();
+    type Place = fn([f32; 3]) -> [f32; 3];
+    let all: [(&str, Place); 4] = [
+        ("in one place", |_| [0.25, -3.0, 7.0]),
+        ("at the origin, of either sign", |[x, y, z]| [0.0 * x, 0.0 * y, 0.0 * z]),
+        ("flat", |[x, y, _]| [x, y, -1.0]),
+        ("on a line", |[x, _, _]| [x, x, x]),
+    ];
+    for (name, place) in all {
+        let moved = Triangles::new(still.iter().copied().map(place).collect(), indices.clone()).expect("in range");
+        check(&format!("seed {seed}, {name}"), &tree, &moved, &mut spare);
+    }
+}
+
+#[test]
+fn a_tree_of_trees_that_were_refitted_is_right_whatever_the_spare_had_missed() {
+    let seed = 0x5eed_0003;
+    let mut random = Random(seed);
+    let (still, indices) = soup(9000, 1.0, &mut random);
+    let mut current = tree_of(&still, &indices, Quality::Fast);
+    let mut spares = [WideMesh::default(), current.clone(), WideMesh::default()];
+    for step in 0..7 {
+        let bend = 0.1 * step as f32;
+        let moved = still.iter().map(|p| [p[0] - p[2] * bend, p[1] + bend, p[2]]).collect();
+        let moved = Triangles::new(moved, indices.clone()).expect("in range");
+        let expected = bits(&by_hand::refit(&current, &moved));
+        let spare = &mut spares[step % 3];
+        current.refit_into(spare, &moved, &Threads::default(), Level::current());
+        assert!(bits(spare) == expected, "seed {seed}, step {step}");
+        std::mem::swap(&mut current, spare);
+    }
+    let kept = current.plan.get().map(Arc::as_ptr);
+    assert!(kept.is_some() && spares.iter().all(|spare| spare.plan.get().map(Arc::as_ptr) == kept), "one plan for all");
+}
+
+#[test]
+fn a_spare_of_another_tree_takes_the_new_shape() {
+    let seed = 0x5eed_0004;
+    let mut random = Random(seed);
+    let (one, one_indices) = soup(3000, 1.0, &mut random);
+    let (other, other_indices) = soup(3000, 1.0, &mut random);
+    let (one_tree, other_tree) =
+        (tree_of(&one, &one_indices, Quality::Fast), tree_of(&other, &other_indices, Quality::Fast));
+    let one = Triangles::new(one, one_indices).expect("in range");
+    let other = Triangles::new(other, other_indices).expect("in range");
+    let mut spare = WideMesh::default();
+    for _ in 0..2 {
+        one_tree.refit_into(&mut spare, &one, &Threads::one(), Level::current());
+        assert!(bits(&spare) == bits(&by_hand::refit(&one_tree, &one)), "seed {seed}");
+        other_tree.refit_into(&mut spare, &other, &Threads::one(), Level::current());
+        assert!(bits(&spare) == bits(&by_hand::refit(&other_tree, &other)), "seed {seed}");
+    }
+}
+
+#[test]
+fn chunks_cover_the_tree_once_and_none_is_too_large() {
+    let seed = 0x5eed_0005;
+    let (still, indices) = soup(60_000, 1.0, &mut Random(seed));
+    let tree = tree_of(&still, &indices, Quality::Fast);
+    let plan = Plan::of(&tree, &Triangles::new(still, indices).expect("in range"));
+    assert!(plan.chunks.len() > 8, "{} chunks", plan.chunks.len());
+    let mut nodes: Vec<u32> = plan.above.clone();
+    let mut blocks = 0;
+    for chunk in &plan.chunks {
+        assert!(chunk.nodes.len() <= MOST_NODES as usize && chunk.blocks.len() <= MOST_BLOCKS as usize, "{chunk:?}");
+        nodes.extend(chunk.nodes.clone());
+        blocks += chunk.blocks.len();
+        for at in chunk.nodes.clone() {
+            for (_, link) in tree.tree.nodes[at as usize].lanes() {
+                match link.target() {
+                    WideTarget::Node(child) => assert!(chunk.nodes.contains(&child)),
+                    WideTarget::Units(units) => {
+                        assert!(chunk.blocks.start <= units.start && units.end <= chunk.blocks.end);
+                    }
+                }
+            }
+        }
+    }
+    for &at in &plan.above {
+        for (_, link) in tree.tree.nodes[at as usize].lanes() {
+            if let WideTarget::Units(units) = link.target() {
+                blocks += units.len();
+            }
+        }
+    }
+    nodes.sort_unstable();
+    assert!(nodes.iter().copied().eq(0..tree.node_count() as u32));
+    assert_eq!(blocks, tree.blocks.len());
+}
+
+#[test]
+fn leaves_that_do_not_stand_in_the_order_of_their_nodes_are_found() {
+    let (still, indices) = soup(600, 1.0, &mut Random(0x5eed_0006));
+    let mut tree = tree_of(&still, &indices, Quality::Fast);
+    assert_eq!(tree.validate(), Ok(()));
+    let is_leaf = |node: &WideNode, lane| node.link(lane).is_some_and(|link| link.is_leaf());
+    let with_leaves = |node: &WideNode| is_leaf(node, 0) && is_leaf(node, 1);
+    let at = tree.tree.nodes.iter().position(with_leaves).expect("a node with two leaves");
+    let node = &mut tree.tree.nodes[at];
+    node.links.swap(0, 1);
+    node.planes.as_flattened_mut().iter_mut().for_each(|row| row.swap(0, 1));
+    let violation = tree.validate().expect_err("units changed places");
+    assert_eq!((violation.promise, violation.node, violation.lane), (7, at, 0));
+}
