@@ -197,11 +197,7 @@ impl Scene {
     /// # Errors
     /// A stale or foreign handle; another number of positions; a position that is not finite.
     pub fn set_positions<'a>(&mut self, mesh: MeshId, positions: impl Into<Positions<'a>>) -> Result<(), EditError> {
-        let mesh = self.meshes.get_mut(mesh.0)?;
-        let positions = positions.into().to_vec()?;
-        check_count(mesh, positions.len())?;
-        mesh.set_positions(positions);
-        Ok(())
+        self.meshes.get_mut(mesh.0)?.set_positions(positions.into())
     }
 
     /// Other normals, one per vertex.

@@ -1,6 +1,7 @@
 //! Positions and indices as callers have them.
 
 use super::MeshError;
+use crate::arena::with_room;
 
 /// Positions, as a slice or spread over a vertex buffer.
 #[derive(Debug, Clone, Copy)]
@@ -59,8 +60,25 @@ impl Positions<'_> {
     /// # Errors
     /// A stride that leads out of the buffer; a position that is not finite; too many.
     pub(crate) fn to_vec(self) -> Result<Vec<[f32; 3]>, MeshError> {
-        let positions = match self {
-            Self::Slice(positions) => positions.to_vec(),
+        let mut positions = Vec::new();
+        self.write_into(&mut positions)?;
+        Ok(positions)
+    }
+
+    /// Replaces what `room` holds, in its memory if that is enough.
+    ///
+    /// # Errors
+    /// As [`Positions::to_vec`].
+    pub(crate) fn write_into(self, room: &mut Vec<[f32; 3]>) -> Result<(), MeshError> {
+        room.clear();
+        match self {
+            Self::Slice(positions) => {
+                reserve(room, positions.len());
+                for (piece, some) in positions.chunks(PIECE).enumerate() {
+                    room.extend_from_slice(some);
+                    check_piece(piece, some)?;
+                }
+            }
             Self::Strided { bytes, offset, stride, count } => {
                 let out_of_range = MeshError::StrideOutOfRange { stride, offset, count, bytes: bytes.len() };
                 let end = count
@@ -69,14 +87,24 @@ impl Positions<'_> {
                 if end.is_none_or(|end| end > bytes.len()) {
                     return Err(out_of_range);
                 }
-                (0..count).map(|i| read_position(&bytes[offset + i * stride..])).collect()
+                reserve(room, count);
+                room.extend((0..count).map(|i| read_position(&bytes[offset + i * stride..])));
+                check_finite(room)?;
             }
-        };
-        check_finite(&positions)?;
-        match u32::try_from(positions.len()) {
-            Ok(_) => Ok(positions),
-            Err(_) => Err(MeshError::TooMany { what: "vertices", count: positions.len() }),
         }
+        match u32::try_from(room.len()) {
+            Ok(_) => Ok(()),
+            Err(_) => Err(MeshError::TooMany { what: "vertices", count: room.len() }),
+        }
+    }
+}
+
+/// Positions that are copied and checked at one go, while the nearest cache holds them.
+const PIECE: usize = 1024;
+
+fn reserve(room: &mut Vec<[f32; 3]>, count: usize) {
+    if room.capacity() < count {
+        *room = with_room(count);
     }
 }
 
@@ -87,8 +115,23 @@ fn read_position(bytes: &[u8]) -> [f32; 3] {
 /// # Errors
 /// The first vertex that is not finite.
 pub(crate) fn check_finite(positions: &[[f32; 3]]) -> Result<(), MeshError> {
+    positions.chunks(PIECE).enumerate().try_for_each(|(piece, some)| check_piece(piece, some))
+}
+
+fn check_piece(piece: usize, positions: &[[f32; 3]]) -> Result<(), MeshError> {
+    if all_finite(positions) {
+        return Ok(());
+    }
     let bad = positions.iter().position(|position| !crate::geometry::is_finite(*position));
-    bad.map_or(Ok(()), |at| Err(MeshError::NonFinite { at }))
+    bad.map_or(Ok(()), |at| Err(MeshError::NonFinite { at: piece * PIECE + at }))
+}
+
+/// Whether all are numbers, and finite.
+pub(crate) fn all_finite(positions: &[[f32; 3]]) -> bool {
+    // Without its sign, what is not finite has all bits of the exponent: one more carries into the sign.
+    let carried = |x: f32| (x.to_bits() & 0x7fff_ffff).wrapping_add(0x0080_0000);
+    let carries = positions.as_flattened().iter().fold(0, |carries, &x| carries | carried(x));
+    carries >> 31 == 0
 }
 
 impl Indices<'_> {
@@ -118,4 +161,34 @@ fn in_threes<T: Copy + Into<u32>>(indices: &[T]) -> Result<Vec<[u32; 3]>, MeshEr
         return Err(MeshError::NotWholeTriangles { count: indices.len() });
     }
     Ok(triangles.iter().map(|corners| corners.map(Into::into)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_position_that_is_not_finite_is_named() {
+        let good = [f32::MAX, -f32::MAX, f32::MIN_POSITIVE * 0.5];
+        for bad in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for at in [0, 1, PIECE - 1, PIECE, 3 * PIECE + 17] {
+                let mut positions = vec![good; 3 * PIECE + 18];
+                assert_eq!(check_finite(&positions), Ok(()));
+                positions[at][at % 3] = bad;
+                let mut room = Vec::new();
+                assert_eq!(check_finite(&positions), Err(MeshError::NonFinite { at }));
+                assert_eq!(Positions::Slice(&positions).write_into(&mut room), Err(MeshError::NonFinite { at }));
+            }
+        }
+    }
+
+    #[test]
+    fn room_is_used_again() {
+        let mut room = Vec::new();
+        let given = vec![[1.0, 2.0, 3.0]; 5000];
+        Positions::Slice(&given).write_into(&mut room).unwrap();
+        let place = room.as_ptr();
+        Positions::Slice(&given[..4000]).write_into(&mut room).unwrap();
+        assert_eq!((room.as_ptr(), &room[..]), (place, &given[..4000]));
+    }
 }

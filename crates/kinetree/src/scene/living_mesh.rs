@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use super::Mesh;
+use super::error::EditError;
 use super::handle::MeshId;
+use super::input::{Positions, all_finite};
 use super::mesh::MeshData;
 use super::pose::KeptPose;
 use super::report::MeshReport;
 use super::ring::Ring;
-use super::{EditError, Mesh};
 use crate::build::{self, BuildOptions, Quality};
 use crate::clock::Clock;
 use crate::geometry::Triangles;
@@ -26,6 +28,8 @@ pub(crate) struct LivingMesh {
     edit: Edit,
     shape: Shape,
     normals: Option<Vec<[f32; 3]>>,
+    /// Memory for the positions that are given next.
+    room: Vec<[f32; 3]>,
     ring: Ring<Posed>,
     build_cost: BuildCost,
     drift: f32,
@@ -49,6 +53,7 @@ impl LivingMesh {
             edit: Edit::Triangles,
             shape: Shape::Kept,
             normals: None,
+            room: Vec::new(),
             ring: Ring::default(),
             build_cost: BuildCost::of(&WideMesh::default()),
             drift: 1.0,
@@ -73,9 +78,20 @@ impl LivingMesh {
         Ok(())
     }
 
-    pub(crate) fn set_positions(&mut self, positions: Vec<[f32; 3]>) {
-        self.shape = Shape::Given(positions);
+    /// # Errors
+    /// Another number of positions, or some that are no positions; then nothing has changed.
+    pub(crate) fn set_positions(&mut self, positions: Positions<'_>) -> Result<(), EditError> {
+        positions.write_into(&mut self.room)?;
+        let expected = self.data().positions.len();
+        if self.room.len() != expected {
+            return Err(EditError::PositionCountChanged { expected, found: self.room.len() });
+        }
+        let given = Shape::Given(std::mem::take(&mut self.room));
+        if let Shape::Given(never_used) = std::mem::replace(&mut self.shape, given) {
+            self.room = never_used;
+        }
         self.edit = self.edit.or_positions();
+        Ok(())
     }
 
     pub(crate) fn set_normals(&mut self, normals: Vec<[f32; 3]>) {
@@ -106,7 +122,7 @@ impl LivingMesh {
             posed.bvh.memory() + posed.triangles.memory() + posed.normals.capacity() * size_of::<[f32; 3]>()
         };
         let shared = self.current().map_or(0, |current| current.bvh.refit_memory());
-        self.ring.buffers().map(of).sum::<usize>() + shared
+        self.ring.buffers().map(of).sum::<usize>() + shared + self.room.capacity() * size_of::<[f32; 3]>()
     }
 
     /// Clones of a mesh that bend share the tree of the rest pose; it is built here, before they are brought up to date side by side.
@@ -236,12 +252,15 @@ impl LivingMesh {
         let mut finite = true;
         match std::mem::replace(&mut self.shape, Shape::Kept) {
             Shape::Kept => spare.triangles.positions_mut().copy_from_slice(rest),
-            Shape::Given(mut positions) => spare.triangles.swap_positions(&mut positions),
+            Shape::Given(mut positions) => {
+                spare.triangles.swap_positions(&mut positions);
+                self.room = positions;
+            }
             Shape::Posed(pose) => {
                 // Of a mesh whose normals were set by hand, the pose bends the original ones all the same.
                 spare.normals.clone_from(&data.normals);
                 pose.bend(data, spare.triangles.positions_mut(), &mut spare.normals, threads);
-                finite = spare.triangles.positions().iter().all(|position| crate::geometry::is_finite(*position));
+                finite = all_finite(spare.triangles.positions());
                 if !finite {
                     spare.triangles.positions_mut().copy_from_slice(&data.positions);
                     spare.normals.clone_from(&data.normals);
