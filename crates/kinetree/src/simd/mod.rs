@@ -3,12 +3,14 @@
 //! Kernels are written once, generic over `Isa`. A level such as `Avx2` implements the vocabulary, and only detection can make one, so holding it is
 //! the evidence. A `Kernel` is run by `Level::run`, which compiles it once for each level.
 //!
-//! The environment variable `KINETREE_SIMD` (`scalar`, `avx2`, `avx512`) chooses a level that the processor has; the best one is taken otherwise.
+//! The environment variable `KINETREE_SIMD` (`scalar`, `avx2`, `avx512`, `neon`) chooses a level that the processor has; the best one is taken otherwise.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -20,6 +22,8 @@ use std::sync::OnceLock;
 pub(crate) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx512::Avx512;
+#[cfg(target_arch = "aarch64")]
+pub(crate) use neon::Neon;
 pub(crate) use scalar::Scalar;
 
 /// The words that kernels are written in: eight or four lanes of `f32`, and masks with a bit per lane.
@@ -143,6 +147,8 @@ enum Kind {
     Avx2(Avx2),
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
+    #[cfg(target_arch = "aarch64")]
+    Neon(Neon),
 }
 
 impl Level {
@@ -159,13 +165,16 @@ impl Level {
 
     /// Every level that this processor has, the best one last.
     pub fn available() -> Vec<Self> {
-        let mut levels = vec![Self(Kind::Scalar(Scalar))];
-        #[cfg(target_arch = "x86_64")]
-        {
-            levels.extend(Avx2::detect().map(|isa| Self(Kind::Avx2(isa))));
-            levels.extend(Avx512::detect().map(|isa| Self(Kind::Avx512(isa))));
-        }
-        levels
+        let kinds = [
+            Some(Kind::Scalar(Scalar)),
+            #[cfg(target_arch = "x86_64")]
+            Avx2::detect().map(Kind::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Avx512::detect().map(Kind::Avx512),
+            #[cfg(target_arch = "aarch64")]
+            Neon::detect().map(Kind::Neon),
+        ];
+        kinds.into_iter().flatten().map(Self).collect()
     }
 
     /// As `KINETREE_SIMD` names it.
@@ -176,6 +185,8 @@ impl Level {
             Kind::Avx2(_) => "avx2",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx512(_) => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Kind::Neon(_) => "neon",
         }
     }
 
@@ -187,6 +198,8 @@ impl Level {
             Kind::Avx2(isa) => isa.run(kernel),
             #[cfg(target_arch = "x86_64")]
             Kind::Avx512(isa) => isa.run(kernel),
+            #[cfg(target_arch = "aarch64")]
+            Kind::Neon(isa) => isa.run(kernel),
         }
     }
 }
@@ -331,5 +344,64 @@ mod tests {
         for level in Level::available() {
             assert_eq!(level.run(Words), expected, "{level:?}");
         }
+    }
+    /// Every pattern of lanes, through every word that makes or takes a mask.
+    struct Masks;
+
+    impl Kernel for Masks {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: I) {
+            for mask in 0..=u16::MAX {
+                let lanes: [f32; 16] = std::array::from_fn(|lane| if mask >> lane & 1 == 1 { 1.0 } else { f32::NAN });
+                let first = |count: usize| mask & ((1 << count) - 1) as u16;
+                let row = isa.load16(&Row(lanes));
+                assert_eq!([isa.le16(row, row), isa.eq16(row, isa.splat16(1.0))], [mask; 2]);
+                let eight = isa.load8(lanes.first_chunk().expect("sixteen"));
+                assert_eq!(u16::from(isa.le8(eight, eight)), first(8));
+                let four = isa.load4(lanes.first_chunk().expect("sixteen"));
+                assert_eq!([isa.le4(four, four), isa.eq4(four, four)].map(u16::from), [first(4); 2]);
+                let mut place = Row([3.0; 16]);
+                isa.keep16(&mut place, mask, isa.splat16(5.0));
+                assert_eq!(place.0.map(|x| x == 5.0), lanes.map(|x| x == 1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn every_lane_has_its_own_bit_in_masks() {
+        Level::available().into_iter().for_each(|level| level.run(Masks));
+    }
+
+    /// Larger and smaller of all pairs, compared by bits and as numbers.
+    struct ByBits;
+
+    impl Kernel for ByBits {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: I) {
+            let numbers = [0.0, -0.0, 1.0, -1.0, 1e-40, 3e38, f32::INFINITY, f32::NEG_INFINITY];
+            for shift in 0..8 {
+                let mut others = numbers;
+                others.rotate_left(shift);
+                let (x, y) = (isa.load8(&numbers), isa.load8(&others));
+                let (larger, smaller) = (isa.store8(isa.max_bits8(x, y)), isa.store8(isa.min_bits8(x, y)));
+                for lane in 0..8 {
+                    let (a, b) = (numbers[lane], others[lane]);
+                    if a.is_sign_negative() && b.is_sign_negative() {
+                        assert!([a, b].contains(&larger[lane]) && [a, b].contains(&smaller[lane]), "{a} and {b}");
+                    } else {
+                        assert_eq!([larger[lane], smaller[lane]], [a.max(b), a.min(b)], "{a} and {b}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn comparing_by_bits_is_right_unless_both_are_negative() {
+        Level::available().into_iter().for_each(|level| level.run(ByBits));
     }
 }
