@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Random, World, rays, worlds};
+use common::{Random, rays, tile, worlds};
 use kinetree::simd::Level;
 use kinetree::{Affine, Candidate, Coherence, Cull, Motion, Ray, Scene, Snapshot, Work};
 
@@ -30,25 +30,6 @@ fn compare(name: &str, view: &Snapshot, rays: &[Ray]) {
             }
         }
     }
-}
-
-/// Rays through a tile of a picture, some of them with bounds, some through vertices.
-fn tile(world: &World, random: &mut Random, count: usize) -> Vec<Ray> {
-    let size = world.size;
-    let eye = random.point(size * 2.5);
-    let aims = rays(world, 1, random);
-    let target = if random.unit() < 0.5 { [0.0; 3] } else { aims[0].at(1.0) };
-    let ahead = [0, 1, 2].map(|axis| target[axis] - eye[axis]);
-    let spread = [0.02, 0.3, 3.0][random.below(3)] * size;
-    let (right, up) = (random.direction(), random.direction());
-    (0..count)
-        .map(|at| {
-            let (x, y) = ((at % 8) as f32 / 8.0 - 0.4, (at / 8 % 8) as f32 / 8.0 - 0.4);
-            let direction = [0, 1, 2].map(|axis| ahead[axis] + (right[axis] * x + up[axis] * y) * spread);
-            let ray = Ray::new(eye, direction);
-            if random.unit() < 0.2 { ray.with_range(random.unit(), random.within(0.5, 1.5)) } else { ray }
-        })
-        .collect()
 }
 
 #[test]
@@ -155,14 +136,21 @@ fn a_large_incoherent_batch_is_answered_in_its_own_order() {
     let mut work = Work::default();
     batch.iter().for_each(|ray| _ = view.query().closest_hit_counted(ray, &mut work));
     assert!(work.nodes + work.leaves > 15 * batch.len() as u64, "rays that are worth sorting: {work}");
-    let mut hits = vec![None; batch.len()];
-    let mut dark = vec![false; batch.len()];
-    view.closest_hits(&batch, &mut hits, Coherence::Incoherent);
-    view.occluded_each(&batch, &mut dark, Coherence::Incoherent);
-    assert!(hits == single, "seed 41");
-    assert!(dark.iter().zip(&single).all(|(dark, hit)| *dark == hit.is_some()), "seed 41");
+    for (ray, hit) in batch.iter().zip(&single).step_by(50) {
+        assert_eq!(*hit, view.query().by_looking().closest_hit(ray), "seed 41, {ray:?}");
+    }
+    for level in Level::available() {
+        let view = view.at_level(level);
+        let mut hits = vec![None; batch.len()];
+        let mut dark = vec![false; batch.len()];
+        view.closest_hits(&batch, &mut hits, Coherence::Incoherent);
+        view.occluded_each(&batch, &mut dark, Coherence::Incoherent);
+        assert!(hits == single, "seed 41, {level:?}");
+        assert!(dark.iter().zip(&single).all(|(dark, hit)| *dark == hit.is_some()), "seed 41, {level:?}");
+    }
 
     let filter = |candidate: &Candidate<'_>| is_there(candidate, candidate.ray_index());
+    let mut hits = vec![None; batch.len()];
     view.query().filter(&filter).closest_hits(&batch, &mut hits, Coherence::Incoherent);
     let alone = |(at, ray)| {
         let filter = |candidate: &Candidate<'_>| is_there(candidate, at);

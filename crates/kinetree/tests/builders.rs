@@ -4,23 +4,10 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{Random, World, rays, worlds};
+use common::{QUALITIES, Random, rays, rebuilt, worlds};
 use kinetree::build::{BuildOptions, Quality, binned, clustered, triangles};
 use kinetree::geometry::Triangles;
 use kinetree::{Aabb, Affine, Executor, Hit, Mesh, Motion, Ray, Scene, Snapshot, Threads};
-
-const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
-
-/// The same world, with trees of another quality.
-fn rebuilt(world: &World, quality: Quality) -> World {
-    let mut scene = Scene::new();
-    for view in world.view.instances() {
-        let mesh = Mesh::new(view.positions(), view.triangles()).unwrap().with_quality(quality);
-        let mesh = scene.add_mesh(mesh, Motion::Static).unwrap();
-        scene.add_instance(scene.root(), mesh, *view.world_from_object()).unwrap();
-    }
-    World { name: format!("{}, {quality:?}", world.name), view: scene.commit(), size: world.size }
-}
 
 fn diagonals(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut random = Random::new(seed);

@@ -2,6 +2,9 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test uses its part")]
 
+use std::collections::HashMap;
+
+use kinetree::build::Quality;
 use kinetree::{Affine, Mesh, Motion, Ray, Scene, Snapshot};
 
 /// Small, fast, and the same everywhere: Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators".
@@ -182,6 +185,24 @@ pub fn worlds(seed: u64) -> Vec<World> {
     worlds
 }
 
+pub const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
+
+/// The same world, with trees of another quality. Instances have masks with one of the bits 0 to 2, and every other one is opaque.
+pub fn rebuilt(world: &World, quality: Quality) -> World {
+    let mut scene = Scene::new();
+    let mut meshes = HashMap::new();
+    for view in world.view.instances() {
+        let mesh = *meshes.entry(view.mesh_id()).or_insert_with(|| {
+            let mesh = Mesh::new(view.positions(), view.triangles()).unwrap().with_quality(quality);
+            scene.add_mesh(mesh, Motion::Static).unwrap()
+        });
+        let instance = scene.add_instance(scene.root(), mesh, *view.world_from_object()).unwrap();
+        scene.set_mask(instance, 1 << (view.index() % 3)).unwrap();
+        scene.set_opaque(instance, view.index() % 2 == 1).unwrap();
+    }
+    World { name: format!("{}, {quality:?}", world.name), view: scene.commit(), size: world.size }
+}
+
 /// Rays of many kinds: random, axis-parallel, grazing, at vertices, edges and centres, from vertices, in faces.
 pub fn rays(world: &World, count: usize, random: &mut Random) -> Vec<Ray> {
     let corners: Vec<[f32; 3]> = world
@@ -233,6 +254,25 @@ pub fn rays(world: &World, count: usize, random: &mut Random) -> Vec<Ray> {
                     Ray::new([0, 1, 2].map(|axis| target[axis] - direction[axis] * size), direction)
                 }
             }
+        })
+        .collect()
+}
+
+/// Rays through a tile of a picture, some of them with bounds, some through vertices.
+pub fn tile(world: &World, random: &mut Random, count: usize) -> Vec<Ray> {
+    let size = world.size;
+    let eye = random.point(size * 2.5);
+    let aims = rays(world, 1, random);
+    let target = if random.unit() < 0.5 { [0.0; 3] } else { aims[0].at(1.0) };
+    let ahead = [0, 1, 2].map(|axis| target[axis] - eye[axis]);
+    let spread = [0.02, 0.3, 3.0][random.below(3)] * size;
+    let (right, up) = (random.direction(), random.direction());
+    (0..count)
+        .map(|at| {
+            let (x, y) = ((at % 8) as f32 / 8.0 - 0.4, (at / 8 % 8) as f32 / 8.0 - 0.4);
+            let direction = [0, 1, 2].map(|axis| ahead[axis] + (right[axis] * x + up[axis] * y) * spread);
+            let ray = Ray::new(eye, direction);
+            if random.unit() < 0.2 { ray.with_range(random.unit(), random.within(0.5, 1.5)) } else { ray }
         })
         .collect()
 }
