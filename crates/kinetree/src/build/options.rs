@@ -11,7 +11,7 @@ pub enum Quality {
     /// For what is built while the game runs: clustering, then reinsertion of the worst.
     #[default]
     Fast,
-    /// For what is built while a level loads: binned SAH, then more reinsertion.
+    /// For what is built while a level loads: clustering, then more reinsertion.
     Balanced,
     /// For what is built once and traced for long: spatial splits, then reinsertion. Takes several times as long, and more memory where triangles are long and thin.
     Best,

@@ -8,9 +8,13 @@
 //! Bittner, Hapala and Havran 2013, "Fast Insertion-Based Optimization of Bounding Volume Hierarchies"; in parallel after Meister and Bittner 2018, "Parallel
 //! Reinsertion for Bounding Volume Hierarchy Optimization".
 
+use crate::arena::with_room;
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
+
+/// Nodes are of the same size if their areas agree but for so many of the last bits: sign, exponent and seven bits are left.
+const CLASS_SHIFT: u32 = 16;
 
 /// Fewer searches than this are one thread's.
 const SEARCHES: usize = 64;
@@ -22,29 +26,37 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     if bvh.node_count() < 5 || !finite {
         return bvh;
     }
-    let mut tree = Loose::of(&bvh);
-    let mut area = tree.measure().area;
-    threads.stage(0.8, (bvh.node_count() as f32 * batches.iter().sum::<f32>()) as usize);
+    let mut tree = Loose::of(bvh);
+    let mut undo = Vec::with_capacity(batches.len());
+    threads.stage(0.8, (tree.nodes.len() as f32 * batches.iter().sum::<f32>()) as usize);
     for share in batches {
         if threads.is_cancelled() {
-            return bvh;
-        }
-        let moves = tree.search((bvh.node_count() as f32 * share) as usize, threads);
-        let undo = tree.carry_out(&moves);
-        let measured = tree.measure();
-        if measured.depth > MAX_DEPTH || measured.area >= area {
-            tree.take_back(undo);
             break;
         }
-        area = measured.area;
+        let moves = tree.search((tree.nodes.len() as f32 * share) as usize, threads);
+        let made = tree.carry_out(&moves);
+        let helps = made.saved > 0.0;
+        undo.push(made.before);
+        if !helps {
+            tree.take_back(undo.pop().unwrap_or_default());
+            break;
+        }
     }
-    tree.laid_out(&bvh)
+    loop {
+        match (tree.laid_out(), undo.pop()) {
+            (Some((nodes, primitives)), _) => return Bvh::from_parts(nodes, primitives, tree.distinct),
+            (None, Some(before)) => tree.take_back(before),
+            (None, None) => unreachable!("the tree that was given keeps promise 6"),
+        }
+    }
 }
 
 /// A tree whose nodes stand in no order, but know their parents. Children are neighbours, the first with an odd number.
 struct Loose {
     nodes: Vec<Node>,
     parents: Vec<u32>,
+    primitives: Vec<u32>,
+    distinct: u32,
 }
 
 /// Takes node `from` out and puts it beside node `to`.
@@ -56,15 +68,23 @@ struct Move {
     gain: f32,
 }
 
-struct Measured {
-    depth: usize,
-    /// Of all inner nodes, below the root.
-    area: f64,
+/// What a batch has done.
+struct Made {
+    /// By how much the area of all inner nodes has fallen.
+    saved: f64,
+    /// What was there before.
+    before: Before,
 }
 
+/// Nodes as they were, in the order in which they were overwritten.
+type Before = Vec<(u32, Node)>;
+
 impl Loose {
-    fn of(bvh: &Bvh) -> Self {
-        let mut loose = Self { nodes: bvh.nodes().to_vec(), parents: vec![0; bvh.node_count()] };
+    fn of(bvh: Bvh) -> Self {
+        let (nodes, primitives, distinct) = bvh.into_parts();
+        let mut parents = with_room(nodes.len());
+        parents.resize(nodes.len(), 0);
+        let mut loose = Self { nodes, parents, primitives, distinct };
         for at in 0..loose.nodes.len() {
             loose.adopt(at as u32);
         }
@@ -98,14 +118,8 @@ impl Loose {
 
     /// The largest nodes, and where each would best go.
     fn search(&self, count: usize, threads: &Threads) -> Vec<Move> {
-        let mut largest: Vec<(f32, u32)> =
-            (1..self.nodes.len() as u32).map(|node| (self.bounds(node).half_area(), node)).collect();
-        let count = count.clamp(1, largest.len());
-        if count < largest.len() {
-            largest.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-            largest.truncate(count);
-        }
-        let mut moves: Vec<Move> = largest.into_iter().map(|(_, from)| Move { from, to: 0, gain: 0.0 }).collect();
+        let mut moves: Vec<Move> =
+            self.largest(count).into_iter().map(|from| Move { from, to: 0, gain: 0.0 }).collect();
         threads.for_each(&mut moves, SEARCHES, &|number, one| {
             if number % SEARCHES == 0 {
                 threads.tick(SEARCHES);
@@ -117,6 +131,31 @@ impl Loose {
         moves.retain(|one| one.gain > 0.0);
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.from.cmp(&b.from)));
         moves
+    }
+
+    /// The largest nodes but the root; of those as large as the last one, but for the last bits of its area, those with smaller numbers.
+    fn largest(&self, count: usize) -> Vec<u32> {
+        // Areas are not negative, so their bits are in order.
+        let class = |node: &Node| (node.bounds.half_area().abs().to_bits() >> CLASS_SHIFT) as usize;
+        let below_root = &self.nodes[1..];
+        let count = count.clamp(1, below_root.len());
+        let mut sizes = vec![0_u32; 1 << (32 - CLASS_SHIFT)];
+        below_root.iter().for_each(|node| sizes[class(node)] += 1);
+        let (mut last, mut left) = (sizes.len() - 1, count);
+        while sizes[last] as usize <= left && last > 0 {
+            left -= sizes[last] as usize;
+            last -= 1;
+        }
+        let mut largest = Vec::with_capacity(count);
+        for (number, node) in (1..).zip(below_root) {
+            let class = class(node);
+            let fits = class == last && left > 0;
+            left -= usize::from(fits);
+            if class > last || fits {
+                largest.push(number);
+            }
+        }
+        largest
     }
 
     fn best_move(&self, from: u32) -> Move {
@@ -161,43 +200,46 @@ impl Loose {
         if best.to == self.sibling(from) { Move { from, to: 0, gain: 0.0 } } else { best }
     }
 
-    /// Makes the moves that do not touch what others have changed; what was there before is returned.
-    fn carry_out(&mut self, moves: &[Move]) -> Vec<(u32, Node)> {
+    /// Makes the moves that do not touch what others have changed.
+    fn carry_out(&mut self, moves: &[Move]) -> Made {
         let mut touched = vec![false; self.nodes.len()];
-        let mut undo = Vec::new();
+        let mut made = Made { saved: 0.0, before: Vec::new() };
         for one in moves {
             let around = [one.to, one.from, self.sibling(one.from), self.parent(one.to), self.parent(one.from)];
             if around.iter().any(|&node| touched[node as usize]) {
                 continue;
             }
             around.iter().for_each(|&node| touched[node as usize] = true);
-            self.carry_out_one(one, &mut undo);
+            self.carry_out_one(one, &mut made);
         }
-        undo
+        made
     }
 
-    fn carry_out_one(&mut self, one: &Move, undo: &mut Vec<(u32, Node)>) {
+    fn carry_out_one(&mut self, one: &Move, made: &mut Made) {
         let (sibling, parent) = (self.sibling(one.from), self.parent(one.from));
         let pair = one.from.min(sibling);
         for node in [parent, one.to, sibling] {
-            undo.push((node, self.nodes[node as usize]));
+            made.before.push((node, self.nodes[node as usize]));
         }
+        // The parent goes, and a node as large as the target comes, before boxes are brought up to date.
+        made.saved += f64::from(self.bounds(parent).half_area()) - f64::from(self.bounds(one.to).half_area());
         let (moved, stays) = (self.nodes[one.to as usize], self.nodes[sibling as usize]);
         self.nodes[one.to as usize].link = Link::node(pair);
         self.nodes[sibling as usize] = moved;
         self.nodes[parent as usize] = stays;
         [one.to, sibling, parent].into_iter().for_each(|node| self.adopt(node));
         for start in [one.to, parent] {
-            self.refit_from(start, undo);
+            self.refit_from(start, made);
         }
     }
 
-    fn refit_from(&mut self, mut at: u32, undo: &mut Vec<(u32, Node)>) {
+    fn refit_from(&mut self, mut at: u32, made: &mut Made) {
         loop {
             if let Target::Node(first) = self.nodes[at as usize].link.target() {
                 let bounds = self.bounds(first).union(self.bounds(first + 1));
                 if bounds != *self.bounds(at) {
-                    undo.push((at, self.nodes[at as usize]));
+                    made.before.push((at, self.nodes[at as usize]));
+                    made.saved += f64::from(self.bounds(at).half_area()) - f64::from(bounds.half_area());
                     self.nodes[at as usize].bounds = bounds;
                 }
             }
@@ -208,51 +250,40 @@ impl Loose {
         }
     }
 
-    fn take_back(&mut self, undo: Vec<(u32, Node)>) {
-        for &(node, before) in undo.iter().rev() {
+    fn take_back(&mut self, before: Before) {
+        for &(node, before) in before.iter().rev() {
             self.nodes[node as usize] = before;
         }
-        for (node, _) in undo {
+        for (node, _) in before {
             self.adopt(node);
         }
     }
 
-    fn measure(&self) -> Measured {
-        let mut measured = Measured { depth: 0, area: 0.0 };
-        let mut open = vec![(0_u32, 1_usize)];
-        while let Some((at, depth)) = open.pop() {
-            measured.depth = measured.depth.max(depth);
-            if let Target::Node(first) = self.nodes[at as usize].link.target() {
-                measured.area += f64::from(self.bounds(at).half_area());
-                open.push((first + 1, depth + 1));
-                open.push((first, depth + 1));
-            }
-        }
-        measured
-    }
-
-    /// Depth first, as a builder would have laid it out: parents before children, primitives in the order of the leaves.
-    fn laid_out(&self, bvh: &Bvh) -> Bvh {
-        let mut nodes = Vec::with_capacity(self.nodes.len());
-        let mut primitives = Vec::with_capacity(bvh.primitives().len());
+    /// Depth first, as a builder would have laid it out: parents before children, primitives in the order of the leaves. Nothing if a path is too long.
+    fn laid_out(&self) -> Option<(Vec<Node>, Vec<u32>)> {
+        let mut nodes: Vec<Node> = with_room(self.nodes.len());
+        let mut primitives = with_room(self.primitives.len());
         nodes.push(self.nodes[0]);
-        let mut open = vec![0_usize];
-        while let Some(at) = open.pop() {
+        let mut open = vec![(0_usize, 1_usize)];
+        while let Some((at, depth)) = open.pop() {
+            if depth > MAX_DEPTH {
+                return None;
+            }
             match nodes[at].link.target() {
                 Target::Node(first) => {
                     let pair = nodes.len();
                     nodes.extend_from_slice(&self.nodes[first as usize..first as usize + 2]);
                     nodes[at].link = Link::node(pair as u32);
-                    open.push(pair + 1);
-                    open.push(pair);
+                    open.push((pair + 1, depth + 1));
+                    open.push((pair, depth + 1));
                 }
                 Target::Primitives(places) => {
                     let start = primitives.len() as u32;
-                    primitives.extend_from_slice(&bvh.primitives()[places.start as usize..places.end as usize]);
+                    primitives.extend_from_slice(&self.primitives[places.start as usize..places.end as usize]);
                     nodes[at].link = Link::primitives(start..primitives.len() as u32);
                 }
             }
         }
-        Bvh::from_parts(nodes, primitives, bvh.primitive_count() as u32)
+        Some((nodes, primitives))
     }
 }

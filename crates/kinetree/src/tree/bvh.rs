@@ -51,6 +51,11 @@ impl Bvh {
         Self { nodes, primitives, distinct, topology: Topology::fresh() }
     }
 
+    /// Nodes, primitives, and how many different ones there are: what it was made from.
+    pub(crate) fn into_parts(self) -> (Vec<Node>, Vec<u32>, u32) {
+        (self.nodes, self.primitives, self.distinct)
+    }
+
     /// All nodes; the root is the first.
     #[inline]
     pub fn nodes(&self) -> &[Node] {

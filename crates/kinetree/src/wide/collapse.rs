@@ -69,8 +69,7 @@ pub(crate) fn collapse(
         }
         roots.clear();
         plan.children(from, &mut roots);
-        let area = |root: u32| binary.nodes()[root as usize].bounds.half_area();
-        roots.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+        largest_first(binary, &mut roots);
         let mut node = tree.nodes[number as usize];
         for (lane, &root) in roots.iter().enumerate() {
             node.set_box(lane, &binary.nodes()[root as usize].bounds);
@@ -93,6 +92,22 @@ pub(crate) fn collapse(
     tree
 }
 
+/// Larger boxes come first; of equal ones, those that came first before.
+fn largest_first(binary: &Bvh, roots: &mut [u32]) {
+    let mut areas = [0.0; LANES];
+    for (i, &root) in roots.iter().enumerate() {
+        areas[i] = binary.nodes()[root as usize].bounds.half_area();
+    }
+    for i in 1..roots.len() {
+        let mut at = i;
+        while at > 0 && areas[at].total_cmp(&areas[at - 1]).is_gt() {
+            areas.swap(at - 1, at);
+            roots.swap(at - 1, at);
+            at -= 1;
+        }
+    }
+}
+
 /// The least costs of a subtree.
 #[derive(Clone, Copy)]
 struct Least {
@@ -105,13 +120,13 @@ struct Least {
 
 struct Plan<'a> {
     binary: &'a Bvh,
+    /// Of each node; the last node comes first.
     least: Vec<Least>,
 }
 
 impl<'a> Plan<'a> {
     fn of(binary: &'a Bvh, costs: &Costs, threads: &Threads) -> Self {
-        let nothing = Least { roots: [0.0; LANES - 1], first_place: 0, count: 0, is_leaf: true };
-        let mut least = vec![nothing; binary.node_count()];
+        let mut plan = Self { binary, least: with_room(binary.node_count()) };
         // Promise 5: children have been looked at before their parents.
         for (at, node) in binary.nodes().iter().enumerate().rev() {
             if at % PAUSE == 0 && at > 0 {
@@ -122,13 +137,13 @@ impl<'a> Plan<'a> {
             }
             let area = node.bounds.half_area();
             let leaf_cost = |count: u32| area * costs.unit * costs.units(count as usize) as f32;
-            least[at] = match node.link.target() {
+            let least = match node.link.target() {
                 Target::Primitives(places) => {
                     let count = places.len() as u32;
                     Least { roots: [leaf_cost(count); LANES - 1], first_place: places.start, count, is_leaf: true }
                 }
                 Target::Node(first) => {
-                    let (left, right) = (least[first as usize], least[first as usize + 1]);
+                    let (left, right) = (*plan.of_node(first), *plan.of_node(first + 1));
                     let count = left.count + right.count;
                     let together = left.first_place + left.count == right.first_place;
                     let shared = |slots: usize| best_share(&left, &right, slots).1;
@@ -143,16 +158,22 @@ impl<'a> Plan<'a> {
                     Least { roots, first_place: left.first_place, count, is_leaf }
                 }
             };
+            plan.least.push(least);
         }
-        Self { binary, least }
+        plan
+    }
+
+    #[inline(always)]
+    fn of_node(&self, node: u32) -> &Least {
+        &self.least[self.binary.node_count() - 1 - node as usize]
     }
 
     fn is_leaf(&self, node: u32) -> bool {
-        self.least[node as usize].is_leaf
+        self.of_node(node).is_leaf
     }
 
     fn places(&self, node: u32) -> Range<u32> {
-        let least = &self.least[node as usize];
+        let least = self.of_node(node);
         least.first_place..least.first_place + least.count
     }
 
@@ -166,14 +187,14 @@ impl<'a> Plan<'a> {
     }
 
     fn share(&self, first: u32, slots: usize, roots: &mut Vec<u32>) {
-        let (left, right) = (&self.least[first as usize], &self.least[first as usize + 1]);
+        let (left, right) = (self.of_node(first), self.of_node(first + 1));
         let (to_left, _) = best_share(left, right, slots);
         self.fill(first, to_left, roots);
         self.fill(first + 1, slots - to_left, roots);
     }
 
     fn fill(&self, node: u32, mut slots: usize, roots: &mut Vec<u32>) {
-        let least = &self.least[node as usize].roots;
+        let least = &self.of_node(node).roots;
         // More slots than help are not taken.
         while slots > 1 && least[slots - 1] >= least[slots - 2] {
             slots -= 1;

@@ -23,6 +23,7 @@ use super::grow::unfinished;
 use super::morton::Curve;
 use super::radix_sort::sort;
 use super::reference::GRAIN;
+use crate::arena::with_room;
 use crate::geometry::Aabb;
 use crate::simd::Level;
 use crate::threads::Threads;
@@ -43,7 +44,8 @@ pub fn clustered(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: 
 fn clustered_at(level: Level, count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: &BuildOptions) -> Bvh {
     assert!(count <= pair::MAX_PRIMITIVES, "{count} primitives have no room in a tree");
     let threads = &options.threads;
-    let mut boxes = vec![Aabb::EMPTY; count];
+    let mut boxes = with_room(count);
+    boxes.resize(count, Aabb::EMPTY);
     let survey = Survey::fill(&mut boxes, 0, &bounds_of, threads);
     if survey.primitives == 0 {
         return Bvh::default();
@@ -123,7 +125,8 @@ impl Survey {
         if self.primitives < boxes.len() {
             return (0..boxes.len()).filter(|&id| holds_something(&boxes[id])).map(key).collect();
         }
-        let mut keys = vec![0; boxes.len()];
+        let mut keys = with_room(boxes.len());
+        keys.resize(boxes.len(), 0);
         threads.for_each(&mut keys, GRAIN, &|id, place| *place = key(id));
         keys
     }

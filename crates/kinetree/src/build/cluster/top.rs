@@ -5,6 +5,7 @@ use super::chunk::Chunk;
 use super::emit::{self, Subtree, balanced_height};
 use super::front::{FEW, Front, Merger};
 use super::pair::{Cluster, Half, Kind, Pair, half};
+use crate::arena::with_room;
 use crate::geometry::Aabb;
 use crate::simd::Level;
 use crate::threads::Threads;
@@ -116,7 +117,9 @@ fn balanced(clusters: &[Cluster], pairs: &mut Vec<Pair>) -> Cluster {
 fn write(root: &Cluster, pairs: &[Pair], pieces: &[Piece], chunks: &[Chunk<'_>], threads: &Threads) -> Bvh {
     let leaves: u32 = pieces.iter().map(|piece| piece.kind.leaves).sum();
     let count: u32 = pieces.iter().map(|piece| piece.kind.primitives).sum();
-    let mut nodes = vec![Node { bounds: Aabb::EMPTY, link: Link::UNUSED }; 2 * leaves as usize - 1];
+    let size = 2 * leaves as usize - 1;
+    let mut nodes = with_room(size);
+    nodes.resize(size, Node { bounds: Aabb::EMPTY, link: Link::UNUSED });
     let mut primitives = vec![0; count as usize];
     let top_size = 2 * pieces.len() - 1;
     let (top, below) = nodes.split_at_mut(top_size);
