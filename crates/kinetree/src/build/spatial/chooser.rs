@@ -2,11 +2,11 @@
 
 use super::cost::tests;
 use super::divide::divide;
-use super::object::ObjectCut;
 use super::parts::Parts;
 use super::planes::best_plane;
 use crate::build::BuildOptions;
 use crate::build::cut::{Chooser, Cut};
+use crate::build::object_cut::ObjectCut;
 use crate::build::reference::{Reference, bounds_of};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
@@ -42,7 +42,7 @@ impl<'a> Chosen<'a> {
     fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
         let room = references.len() - count;
         let area = bounds.half_area();
-        let object = ObjectCut::best(&references[..count], threads);
+        let object = ObjectCut::best(&mut references[..count], &tests, threads);
         let as_leaf =
             if count <= self.leaf_limit { area * (tests(count as u32) - self.node_cost) } else { f32::INFINITY };
         let to_beat = object.as_ref().map_or(as_leaf, |object| object.cost.min(as_leaf));

@@ -1,8 +1,8 @@
 //! Cutting a set of references with a plane.
 
 use super::cost::tests;
-use super::fast_box::FastBox;
 use super::parts::Parts;
+use crate::build::fast_box::FastBox;
 use crate::build::reference::{Reference, bounds_of};
 use crate::geometry::Aabb;
 use crate::threads::Threads;

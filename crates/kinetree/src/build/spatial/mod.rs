@@ -10,8 +10,6 @@ mod budget;
 mod chooser;
 mod cost;
 mod divide;
-mod fast_box;
-mod object;
 mod parts;
 mod planes;
 

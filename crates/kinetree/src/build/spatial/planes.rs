@@ -6,13 +6,17 @@
 use glam::Vec3A;
 
 use super::cost::tests;
-use super::fast_box::FastBox;
 use super::parts::Parts;
+use crate::build::fast_box::FastBox;
 use crate::build::reference::{GRAIN, Reference};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
+/// Slabs per axis, at most.
 const BINS: usize = 16;
+
+/// Sets up to this size get half as many.
+const FEW: usize = 64;
 
 /// A plane to cut at, and what that would cost.
 pub(super) struct Plane {
@@ -30,7 +34,7 @@ pub(super) fn best_plane(
     parts: &Parts<'_>,
     threads: &Threads,
 ) -> Option<Plane> {
-    let slabs = Slabs::of(bounds);
+    let slabs = Slabs::of(bounds, if references.len() <= FEW { BINS / 2 } else { BINS });
     let fill = |piece: &[Reference]| {
         let mut bins = Bins::default();
         piece.iter().for_each(|reference| bins.add(&slabs, reference, parts));
@@ -38,7 +42,7 @@ pub(super) fn best_plane(
     };
     let bins = threads.reduce(references, GRAIN, &fill, &Bins::merged);
     let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
-        let (cost, bin) = bins.best_plane(axis, references.len() + room)?;
+        let (cost, bin) = bins.best_plane(axis, slabs.count, references.len() + room)?;
         Some(Plane { cost, axis, position: slabs.plane(axis, bin) })
     });
     best.min_by(|a, b| a.cost.total_cmp(&b.cost))
@@ -50,18 +54,19 @@ struct Slabs {
     width: [f32; 3],
     /// Slabs per metre; zero for an axis that is not divided.
     scale: [f32; 3],
+    count: usize,
 }
 
 impl Slabs {
-    fn of(bounds: &Aabb) -> Self {
-        let width = bounds.extent().map(|length| length / BINS as f32);
+    fn of(bounds: &Aabb, count: usize) -> Self {
+        let width = bounds.extent().map(|length| length / count as f32);
         let scale = width.map(|width| if width.is_normal() && width.recip().is_normal() { width.recip() } else { 0.0 });
-        Self { start: bounds.min, width, scale }
+        Self { start: bounds.min, width, scale, count }
     }
 
     #[inline(always)]
     fn bin(&self, axis: usize, x: f32) -> usize {
-        (((x - self.start[axis]) * self.scale[axis]) as usize).min(BINS - 1)
+        (((x - self.start[axis]) * self.scale[axis]) as usize).min(self.count - 1)
     }
 
     /// The lower plane of a slab.
@@ -87,8 +92,9 @@ impl Default for Bins {
 }
 
 impl Bins {
+    #[inline(always)]
     fn add(&mut self, slabs: &Slabs, reference: &Reference, parts: &Parts<'_>) {
-        let bounds = FastBox::from(&reference.bounds);
+        let bounds = FastBox::of(reference);
         for axis in 0..3 {
             let first = slabs.bin(axis, reference.bounds.min[axis]);
             let last = slabs.bin(axis, reference.bounds.max[axis]);
@@ -122,11 +128,13 @@ impl Bins {
             let (begin, end) = (slabs.bin(axis, from[axis]), slabs.bin(axis, to[axis]));
             pieces[begin].extend(from);
             pieces[end].extend(to);
-            let step = (to - from) / (to[axis] - from[axis]);
-            for bin in begin.max(first)..end.min(last) {
-                let crossing = from + step * (slabs.plane(axis, bin + 1) - from[axis]);
-                pieces[bin].extend(crossing);
-                pieces[bin + 1].extend(crossing);
+            if begin < end {
+                let step = (to - from) / (to[axis] - from[axis]);
+                for bin in begin.max(first)..end.min(last) {
+                    let crossing = from + step * (slabs.plane(axis, bin + 1) - from[axis]);
+                    pieces[bin].extend(crossing);
+                    pieces[bin + 1].extend(crossing);
+                }
             }
         }
         let (mut from, mut to) = (usize::MAX, 0);
@@ -159,17 +167,17 @@ impl Bins {
     }
 
     /// What the cheapest plane of an axis costs, and the slab above it.
-    fn best_plane(&self, axis: usize, most: usize) -> Option<(f32, usize)> {
+    fn best_plane(&self, axis: usize, slabs: usize, most: usize) -> Option<(f32, usize)> {
         let mut above = [(0.0, 0); BINS];
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
-        for bin in (1..BINS).rev() {
+        for bin in (1..slabs).rev() {
             bounds = bounds.union(&self.bounds[axis][bin]);
             count += self.last[axis][bin];
             above[bin] = (bounds.half_area() * tests(count), count);
         }
         let mut best: Option<(f32, usize)> = None;
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
-        for bin in 1..BINS {
+        for bin in 1..slabs {
             bounds = bounds.union(&self.bounds[axis][bin - 1]);
             count += self.first[axis][bin - 1];
             let cost = bounds.half_area() * tests(count) + above[bin].0;
