@@ -9,7 +9,7 @@ use super::cost::tests;
 use super::parts::Parts;
 use crate::build::fast_box::FastBox;
 use crate::build::reference::{GRAIN, Reference};
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Triangle};
 use crate::threads::Threads;
 
 /// Slabs per axis, at most.
@@ -102,6 +102,10 @@ impl Bins {
                 self.bounds[axis][first] = self.bounds[axis][first].union(&bounds);
                 self.first[axis][first] += 1;
                 self.last[axis][first] += 1;
+            } else if last == first + 1
+                && let Some(halves) = halves(slabs.plane(axis, last), axis, &parts.triangles().get(reference.id))
+            {
+                self.add_clipped(axis, first, &halves, &bounds);
             } else {
                 self.add_pieces(slabs, axis, first, last, &bounds, reference, parts);
             }
@@ -137,9 +141,16 @@ impl Bins {
                 }
             }
         }
+        self.add_clipped(axis, first, &pieces[first..=last], bounds);
+    }
+
+    /// Pieces of one reference, in slabs from `first` on; its box cuts them.
+    #[inline(always)]
+    fn add_clipped(&mut self, axis: usize, first: usize, pieces: &[FastBox], bounds: &FastBox) {
+        let last = first + pieces.len() - 1;
         let (mut from, mut to) = (usize::MAX, 0);
-        for bin in first..=last {
-            let piece = pieces[bin].intersection(bounds);
+        for (bin, piece) in (first..).zip(pieces) {
+            let piece = piece.intersection(bounds);
             if !piece.is_empty() {
                 self.bounds[axis][bin] = self.bounds[axis][bin].union(&piece);
                 from = from.min(bin);
@@ -187,5 +198,46 @@ impl Bins {
             }
         }
         best
+    }
+}
+
+/// The boxes of the parts below and above a plane; nothing if all corners are on one side of it. A corner in the plane counts as below.
+#[inline(always)]
+fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[FastBox; 2]> {
+    // Which corner is alone on its side, by which corners are below.
+    const ALONE: [usize; 8] = [0, 0, 1, 2, 2, 1, 0, 0];
+    let is_below = |corner: usize| usize::from(triangle.corners[corner][axis] <= plane);
+    let below = is_below(0) | is_below(1) << 1 | is_below(2) << 2;
+    if below == 0 || below == 7 {
+        return None;
+    }
+    let alone = ALONE[below];
+    let tip = Vec3A::from(triangle.corners[alone]);
+    let (mut here, mut there) = (FastBox::EMPTY, FastBox::EMPTY);
+    here.extend(tip);
+    for step in 1..3 {
+        let other = Vec3A::from(triangle.corners[(alone + step) % 3]);
+        let crossing = tip + (other - tip) * ((plane - tip[axis]) / (other[axis] - tip[axis]));
+        there.extend(other);
+        here.extend(crossing);
+        there.extend(crossing);
+    }
+    Some(if below >> alone & 1 == 1 { [here, there] } else { [there, here] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_halves_end_at_the_plane_and_cover_the_triangle() {
+        let corners = [[0.0, 0.0, 5.0], [4.0, 4.0, 5.0], [4.0, 0.0, 7.0]];
+        for turn in 0..3 {
+            let triangle = Triangle { corners: [0, 1, 2].map(|corner| corners[(corner + turn) % 3]) };
+            let [below, above] = halves(1.0, 0, &triangle).expect("the plane lies between the corners");
+            assert_eq!((below.min, below.max), (Vec3A::new(0.0, 0.0, 5.0), Vec3A::new(1.0, 1.0, 5.5)));
+            assert_eq!((above.min, above.max), (Vec3A::new(1.0, 0.0, 5.0), Vec3A::new(4.0, 4.0, 7.0)));
+            assert!(halves(4.0, 0, &triangle).is_none() && halves(-1.0, 0, &triangle).is_none());
+        }
     }
 }
