@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::exact::Exact;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
@@ -118,38 +119,6 @@ fn on_an_edge(soup: &Soup, ray: &Ray, answer: &Answer) -> bool {
             let height = if edge > 0.0 { exact.double_area / edge } else { 0.0 };
             weight.abs() <= EDGE || weight.abs() * height <= slack
         })
-}
-
-/// Where a ray's line meets a triangle's plane, in double precision.
-pub(crate) struct Exact {
-    /// In lengths of the direction.
-    pub(crate) t: f64,
-    u: f64,
-    v: f64,
-    /// Between the ray and the normal, without its sign; 0 for a triangle without area.
-    cosine: f64,
-    double_area: f64,
-}
-
-impl Exact {
-    /// Moeller and Trumbore's formulas.
-    pub(crate) fn of(soup: &Soup, ray: &Ray, triangle: u32) -> Self {
-        let [a, b, c] = soup.corners(triangle).map(Vec3::as_dvec3);
-        let direction = Vec3::from(ray.direction).as_dvec3();
-        let (ab, ac, from_a) = (b - a, c - a, Vec3::from(ray.origin).as_dvec3() - a);
-        let (p, q) = (direction.cross(ac), from_a.cross(ab));
-        let determinant = ab.dot(p);
-        let double_area = ab.cross(ac).length();
-        let size = double_area * direction.length();
-        let cosine = if size > 0.0 { determinant.abs() / size } else { 0.0 };
-        Self {
-            t: ac.dot(q) / determinant,
-            u: from_a.dot(p) / determinant,
-            v: direction.dot(q) / determinant,
-            cosine,
-            double_area,
-        }
-    }
 }
 
 #[cfg(test)]

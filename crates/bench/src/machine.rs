@@ -15,6 +15,32 @@ pub(crate) fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
+/// Bytes of a core's own second cache, where the system tells; else a usual size.
+pub(crate) fn second_cache() -> usize {
+    let text = std::fs::read_to_string("/sys/devices/system/cpu/cpu0/cache/index2/size").unwrap_or_default();
+    let kilobytes = text.trim().strip_suffix('K').and_then(|number| number.parse::<usize>().ok());
+    kilobytes.map_or(1 << 20, |kilobytes| kilobytes << 10)
+}
+
+/// Which versions of the engines are compared, as the lock file of this program has them; Embree tells its own.
+pub(crate) fn versions() -> String {
+    const LOCK: &str = include_str!("../../../Cargo.lock");
+    let version = |name: &str| {
+        let start = LOCK.find(&format!("name = \"{name}\"\nversion = \""))?;
+        LOCK[start..].split('"').nth(3).map(|version| format!("{name} {version}"))
+    };
+    let names: [(&str, bool); 5] = [
+        ("kinetree", true),
+        ("tinybvh-rs", cfg!(feature = "tinybvh")),
+        ("obvhs", cfg!(feature = "obvhs")),
+        ("parry3d", cfg!(feature = "parry3d")),
+        ("bvh", cfg!(feature = "bvh")),
+    ];
+    let text: Vec<String> =
+        names.into_iter().filter(|(_, there)| *there).filter_map(|(name, _)| version(name)).collect();
+    text.join(", ").replace("tinybvh-rs ", "tinybvh 1.6.8 through tinybvh-rs ")
+}
+
 /// The machine's name as part of a path: its processor and how many threads it has.
 pub(crate) fn folder_name() -> String {
     let name: String = format!("{} x{}", processor(), threads())
@@ -46,6 +72,13 @@ fn date_of(days: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn versions_are_named() {
+        let versions = versions();
+        assert!(versions.starts_with(concat!("kinetree ", env!("CARGO_PKG_VERSION"))), "{versions}");
+        assert_eq!(versions.contains("obvhs 0."), cfg!(feature = "obvhs"), "{versions}");
+    }
 
     #[test]
     fn dates_are_those_of_the_calendar() {

@@ -18,6 +18,7 @@ mod case;
 mod chance;
 mod compare;
 mod engine;
+mod exact;
 mod machine;
 mod measure;
 mod peers;

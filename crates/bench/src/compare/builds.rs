@@ -1,39 +1,50 @@
 //! Builds: time on one thread and on all, and memory.
 
+use super::budget::Budget;
 use super::field::guarded;
-use super::{Plan, QUICK_TRIANGLES};
+use super::{Log, Plan, QUICK_TRIANGLES};
 use crate::Failure;
 use crate::engine::{Crew, Engine, Prepared, Tree};
 use crate::measure::clock::{Stopwatch, Took, Whose};
 use crate::measure::memory::Held;
-use crate::measure::rounds::in_turn;
-use crate::report::{Metric, Row};
+use crate::measure::rounds::{Rounds, in_turn};
+use crate::report::{Metric, Row, Unit};
 use crate::soup::Soup;
 
-/// Times every engine's build; who fails is left out.
+/// Times every engine's build; who fails, or would take longer than `seconds` together with those before, is left out.
 pub(crate) fn run(
     case: &str,
     plan: &Plan,
     engines: &[&dyn Engine],
     soup: &Soup,
+    (budget, seconds): (&Budget, f64),
+    log: &mut Log,
     rows: &mut Vec<Row>,
 ) -> Result<(), Failure> {
     let mut threads = vec![1];
     threads.extend((plan.threads > 1 && !(plan.quick && soup.len() > QUICK_TRIANGLES)).then_some(plan.threads));
+    let seconds = seconds / threads.len() as f64;
     for threads in threads {
         let crew = Crew::new(threads)?;
-        // In a hurry, only those whose scaling is compared build on all threads.
+        // On all threads, only those whose scaling is compared.
         let scales = |name: &str| name.starts_with("kinetree") || name.starts_with("embree");
-        let engines: Vec<&dyn Engine> = engines
-            .iter()
-            .copied()
-            .filter(|engine| !engine.shares_builds())
-            .filter(|engine| threads == 1 || !plan.quick || scales(engine.name()))
-            .collect();
+        let mut foreseen = 0.0;
+        let mut chosen: Vec<&dyn Engine> = Vec::new();
+        let wanted = engines.iter().copied().filter(|engine| !engine.shares_builds());
+        for engine in wanted.filter(|engine| threads == 1 || scales(engine.name())) {
+            foreseen += budget.expects(engine.name(), soup.len());
+            if foreseen > seconds {
+                log.say(&format!("  the build of {} is not timed: there is no time for it", engine.name()));
+                foreseen -= budget.expects(engine.name(), soup.len());
+            } else {
+                chosen.push(engine);
+            }
+        }
         let mut ready: Vec<Option<Box<dyn Prepared>>> =
-            engines.iter().map(|engine| guarded(|| engine.prepare(soup)).ok()).collect();
-        let times = in_turn(engines.len(), plan.builds, |at| build(ready[at].as_mut()?, &crew));
-        for (engine, times) in engines.iter().zip(times) {
+            chosen.iter().map(|engine| guarded(|| engine.prepare(soup)).ok()).collect();
+        let rounds = Rounds { seconds, ..plan.builds };
+        let times = in_turn(chosen.len(), rounds, |at| build(ready[at].as_mut()?, &crew));
+        for (engine, times) in chosen.iter().zip(times) {
             rows.extend(timed(case, *engine, Metric::Build, threads, &times));
         }
     }
@@ -52,9 +63,7 @@ fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Took> {
 
 /// A row of milliseconds: processor time for one thread, wall time for several.
 pub(crate) fn timed(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, times: &[Took]) -> Option<Row> {
-    let walls: Vec<f64> = times.iter().map(|took| took.wall).collect();
-    let shown = if threads == 1 { times.iter().map(|took| took.processor).collect() } else { walls.clone() };
-    row(case, engine, metric, threads, "ms").with_times(shown, &walls, |time| time * 1e3)
+    row(case, engine, metric, threads, Unit::Time).with_times(times)
 }
 
 /// Rows about memory: what the finished tree holds, and the most at a time.
@@ -62,7 +71,7 @@ pub(crate) fn weighed(case: &str, engine: &dyn Engine, tree: &dyn Tree, held: He
     let facts = tree.facts();
     let number = |metric, bytes: usize| {
         let each = bytes as f64 / soup.len().max(1) as f64;
-        Row { median: each, min: each, max: each, wall: each, ..row(case, engine, metric, 1, "bytes/triangle") }
+        Row { median: each, min: each, max: each, ..row(case, engine, metric, 1, Unit::Bytes) }
     };
     let bytes = facts.bytes.unwrap_or(held.after);
     // An engine in another language keeps its own count, or has none: then the allocator of this program has seen nothing.
@@ -72,7 +81,7 @@ pub(crate) fn weighed(case: &str, engine: &dyn Engine, tree: &dyn Tree, held: He
     rows
 }
 
-fn row(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, unit: &'static str) -> Row {
+fn row(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, unit: Unit) -> Row {
     Row {
         case: case.to_owned(),
         engine: engine.name().to_owned(),
@@ -85,8 +94,11 @@ fn row(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, unit: &'
         median: 0.0,
         min: 0.0,
         max: 0.0,
-        wall: 0.0,
         class: engine.class(),
+        count: 0,
         times: Vec::new(),
+        walls: Vec::new(),
+        differ: None,
+        work: None,
     }
 }

@@ -1,23 +1,43 @@
-//! Answers first: who gives others than the reference is not timed.
+//! Answers first: how many of each engine differ from the reference. A wrong one of ours is a failure; those of others are counted and shown.
+//!
+//! The reference is a tree of ours with distances in double precision. It is held itself against a search through all triangles in double precision, on as
+//! many rays as there is time for.
+
+use std::collections::BTreeMap;
 
 use super::field::{Entrant, guarded};
+use super::traces::named;
 use super::{Log, Plan};
-use crate::agree::{Differences, Exact, compare, compare_occlusion, refined};
-use crate::case::Case;
+use crate::agree::{Differences, compare, compare_occlusion};
+use crate::case::{Case, leeway};
 use crate::engine::{Batch, ours};
+use crate::exact::{self, Exact};
 use crate::ray::{Answer, Ray};
+use crate::rays::Kind;
 use crate::rays::{Question, RaySet};
+use crate::report::Differ;
 use crate::soup::Soup;
 
-/// An engine that differs on more than such a part of the rays of a set, away from edges, is not timed. Of ours, any such ray is a failure.
-const ALLOWED: f64 = 2e-3;
 /// How many triangle tests the slow twin is given.
 const LOOKS: usize = 400_000_000;
 /// The same in a quick run.
 const QUICK_LOOKS: usize = 60_000_000;
 
-/// Compares all answers with those of the reference, and the reference with its slow twin. Entrants that do not agree leave the field. Whether
-/// all agreed.
+/// Of engine (with the name of its batch), whether rays came one by one, and set.
+pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), Differ>;
+
+/// What came of it.
+#[derive(Debug, Default)]
+pub(crate) struct Checked {
+    /// Whether an answer of ours, or how many there are, was not as it should be.
+    pub(crate) ours_wrong: bool,
+    /// Whether anybody's was not, apart from edges of triangles.
+    pub(crate) somebody_differs: bool,
+    /// How often.
+    pub(crate) disagreements: Disagreements,
+}
+
+/// Compares all answers with those of the reference, and the reference with its slow twin. Entrants that panic leave the field.
 pub(crate) fn check(
     case: &Case,
     plan: &Plan,
@@ -26,91 +46,91 @@ pub(crate) fn check(
     sets: &[RaySet],
     field: &mut Vec<Entrant>,
     log: &mut Log,
-) -> bool {
-    let mut agreed = true;
-    let fast: Vec<Vec<Answer>> = sets.iter().map(|set| reference.closest(&set.rays)).collect();
-    for (set, answers) in sets.iter().zip(&fast) {
+) -> Checked {
+    let mut checked = Checked::default();
+    let expected: Vec<Vec<Answer>> = sets.iter().map(|set| reference.closest(soup, &set.rays)).collect();
+    for (set, answers) in sets.iter().zip(&expected) {
         let hits = answers.iter().filter(|answer| answer.is_hit()).count();
         log.say(&format!("  {:<17} {hits} of {} rays hit something", set.kind.name(), set.rays.len()));
-        let wanted = case.expected(set.kind, plan.quick);
-        if wanted.is_some_and(|wanted| wanted != hits) {
-            agreed = false;
+        let wanted = case.expected(set.kind, plan.quick, soup.len());
+        if wanted.is_some_and(|wanted| wanted.abs_diff(hits) > leeway(set.rays.len())) {
+            checked.ours_wrong = true;
             log.say(&format!("  {}: {hits} rays hit something, the case says otherwise: {wanted:?}", set.kind.name()));
         }
     }
-    agreed &= looks_right(plan, soup, reference, sets, &fast, log);
-    let expected: Vec<Vec<Answer>> = sets.iter().zip(&fast).map(|(set, fast)| refined(soup, &set.rays, fast)).collect();
-    field.retain(|entrant| {
-        let (fair, flawless) = entrant_agrees(soup, sets, &expected, entrant, log);
-        agreed &= flawless || fair && !entrant.name.starts_with("kinetree");
-        fair
-    });
-    agreed
+    if plan.first {
+        checked.ours_wrong |= !looks_right(plan, soup, sets, &expected, log);
+    }
+    field.retain(|entrant| entrant_answers(soup, sets, &expected, entrant, log, &mut checked));
+    checked
 }
 
 /// The reference against its slow twin, on as many rays as there is time for.
-fn looks_right(
-    plan: &Plan,
-    soup: &Soup,
-    reference: &ours::Reference,
-    sets: &[RaySet],
-    expected: &[Vec<Answer>],
-    log: &mut Log,
-) -> bool {
+fn looks_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer>], log: &mut Log) -> bool {
     let looks = if plan.quick { QUICK_LOOKS } else { LOOKS };
     let sample = (looks / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
     let mut differences = Differences::default();
     for (set, answers) in sets.iter().zip(expected) {
         let stride = (set.rays.len() / sample).max(1);
         let rays: Vec<Ray> = set.rays.iter().step_by(stride).copied().collect();
-        let fast: Vec<Answer> = answers.iter().step_by(stride).copied().collect();
-        let slow: Vec<Answer> = rays.iter().map(|ray| reference.closest_by_looking(ray)).collect();
-        differences = differences.and(compare(soup, &rays, &slow, &fast));
+        let given: Vec<Answer> = answers.iter().step_by(stride).copied().collect();
+        differences = differences.and(compare(soup, &rays, &exact::closest_by_looking(soup, &rays), &given));
     }
-    log.say(&format!("  looking at every triangle: {} of {} rays differ", differences.all, differences.rays));
-    differences.all == 0
+    log.say(&format!(
+        "  looking at every triangle in double precision: {} of {} rays differ, {} of them at edges",
+        differences.all, differences.rays, differences.at_edges
+    ));
+    differences.elsewhere() == 0
 }
 
-/// Whether an entrant is fit to be timed, and whether it differs nowhere but at edges.
-fn entrant_agrees(
+/// Counts an entrant's differences; whether it can be timed.
+fn entrant_answers(
     soup: &Soup,
     sets: &[RaySet],
     expected: &[Vec<Answer>],
     entrant: &Entrant,
     log: &mut Log,
-) -> (bool, bool) {
+    checked: &mut Checked,
+) -> bool {
+    let ours = entrant.name.starts_with("kinetree");
     let mut total = Differences::default();
-    let mut fair = true;
     let mut notes = Vec::new();
     for (set, answers) in sets.iter().zip(expected) {
-        for (way, differences) in ways(soup, set, answers, entrant) {
+        for (batch, differences) in ways(soup, set, answers, entrant) {
+            let name = named(&entrant.name, batch.unwrap_or_default());
             let Some(differences) = differences else {
-                log.say(&format!("  {}{way} panicked on {}", entrant.name, set.kind.name()));
-                return (false, false);
+                log.say(&format!("  {name} panicked on {}: NOT TIMED", set.kind.name()));
+                checked.somebody_differs = true;
+                checked.ours_wrong |= ours;
+                return false;
             };
-            fair &= differences.elsewhere() as f64 <= ALLOWED * differences.rays as f64;
             if differences.elsewhere() > 0 {
-                notes.push(describe(entrant, way, set, &differences, soup));
+                notes.push(describe(&name, set, &differences, soup));
             }
+            let differ = Differ { all: differences.all, elsewhere: differences.elsewhere() };
+            checked.disagreements.insert((name, batch.is_none(), set.kind), differ);
             total = total.and(differences);
         }
     }
     log.say(&format!(
-        "  {:<22} {} of {} answers differ, {} of them at edges{}",
-        entrant.name,
-        total.all,
-        total.rays,
-        total.at_edges,
-        if fair { "" } else { ": NOT TIMED" }
+        "  {:<28} {} of {} answers differ, {} of them at edges",
+        entrant.name, total.all, total.rays, total.at_edges
     ));
-    // One example is enough of those that are within what is allowed.
-    let shown = if fair { notes.len().min(1) } else { notes.len() };
+    // One example of others is enough.
+    let shown = if ours { notes.len() } else { notes.len().min(1) };
     notes[..shown].iter().for_each(|note| log.say(note));
-    (fair, total.elsewhere() == 0)
+    checked.somebody_differs |= total.elsewhere() > 0;
+    checked.ours_wrong |= ours && total.elsewhere() > 0;
+    true
 }
 
-/// Every way in which the entrant is going to be timed on a set, and how its answers differ; `None` when it panics.
-fn ways(soup: &Soup, set: &RaySet, expected: &[Answer], entrant: &Entrant) -> Vec<(&'static str, Option<Differences>)> {
+/// Every way in which the entrant is going to be timed on a set (one by one, or the name of a batch), and how its answers differ; `None` when it panics.
+fn ways(
+    soup: &Soup,
+    set: &RaySet,
+    expected: &[Answer],
+    entrant: &Entrant,
+) -> Vec<(Option<&'static str>, Option<Differences>)> {
     let tree = &entrant.tree;
     let single = differences(
         soup,
@@ -119,13 +139,12 @@ fn ways(soup: &Soup, set: &RaySet, expected: &[Answer], entrant: &Entrant) -> Ve
         |answers| tree.closest(&set.rays, answers),
         |seen| tree.occluded(&set.rays, seen),
     );
-    let mut all = vec![("", single)];
+    let mut all = vec![(None, single)];
     if let Some(coherence) = set.kind.batch() {
         for batch in tree.batches().into_iter().filter(|batch: &&dyn Batch| batch.suits(coherence)) {
             let closest = |answers: &mut [Answer]| batch.closest(&set.rays, answers, coherence);
             let occluded = |seen: &mut [bool]| batch.occluded(&set.rays, seen, coherence);
-            let suffix = if batch.suffix().is_empty() { " in a batch" } else { batch.suffix() };
-            all.push((suffix, differences(soup, set, expected, closest, occluded)));
+            all.push((Some(batch.suffix()), differences(soup, set, expected, closest, occluded)));
         }
     }
     all
@@ -153,9 +172,9 @@ fn differences(
     guarded(|| Ok(asked())).ok()
 }
 
-fn describe(entrant: &Entrant, way: &str, set: &RaySet, differences: &Differences, soup: &Soup) -> String {
+fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) -> String {
     let (name, count) = (set.kind.name(), differences.elsewhere());
-    let mut text = format!("    {}{way} differs on {name}: {count} rays away from edges", entrant.name);
+    let mut text = format!("    {engine} differs on {name}: {count} rays away from edges");
     if let Some((ray, expected, given)) = differences.first {
         let place = |answer: Answer| match soup.sources.get(answer.primitive as usize) {
             Some(source) => {
@@ -173,10 +192,19 @@ fn describe(entrant: &Entrant, way: &str, set: &RaySet, differences: &Difference
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{Plan, field};
+    use crate::compare::budget::Budget;
+    use crate::compare::field;
     use crate::engine;
-    use crate::measure::rounds::Rounds;
-    use crate::rays::{self, Kind};
+    use crate::rays;
+    use crate::report::Record;
+
+    fn scene_of(case: &Case) -> (crate::scene::Scenery, ours::Reference, Vec<RaySet>) {
+        let scenery = case.scene.open().unwrap();
+        let reference = ours::Reference::of(&scenery.soup).unwrap();
+        let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
+        let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, true), case.seed, &trace);
+        (scenery, reference, sets)
+    }
 
     /// Every engine that can be had here, in every way in which it is timed.
     #[test]
@@ -184,18 +212,19 @@ mod tests {
         let text =
             "name='small'\nseed=3\nrays=1024\nquick_rays=1024\n[scene]\nkind='terrain'\nseed=5\ntriangles=3000\n";
         let case = Case::parse(text).unwrap();
-        let scenery = case.scene.open().unwrap();
-        let reference = ours::Reference::of(&scenery.soup).unwrap();
-        let sets = rays::sets(&scenery, &case.sets, case.rays, case.seed, &|rays| reference.closest(rays));
+        let (scenery, reference, sets) = scene_of(&case);
         let (engines, _) = engine::all();
         let engines: Vec<_> = engines.iter().map(|engine| &**engine).collect();
-        let mut log = Log::default();
-        let mut field = field::build("small", &engines, &scenery.soup, &mut log, &mut Vec::new()).unwrap();
+        let (mut log, mut record) = (Log::default(), Record::default());
+        let budget = (&mut Budget::new(false), f64::INFINITY);
+        let mut field = field::build("small", &engines, &scenery.soup, budget, &mut log, &mut record).unwrap();
         assert_eq!(field.len(), engines.len());
-        let rounds = Rounds { full: 1, behind: 1, warm_up: false };
-        let plan = Plan { quick: true, rounds, builds: rounds, threads: 1 };
-        assert!(check(&case, &plan, &scenery.soup, &reference, &sets, &mut field, &mut log));
+        let checked = check(&case, &Plan::least(), &scenery.soup, &reference, &sets, &mut field, &mut log);
+        assert!(!checked.ours_wrong && !checked.somebody_differs);
         assert_eq!(field.len(), engines.len());
+        let embree_costs = record.trees.iter().filter(|tree| tree.engine.starts_with("embree") && tree.cost.is_some());
+        let embree = engines.iter().filter(|engine| engine.name().starts_with("embree") && !engine.shares_builds());
+        assert_eq!(embree_costs.count(), embree.count());
     }
 
     /// A tree that sees nothing.
@@ -212,21 +241,25 @@ mod tests {
     }
 
     #[test]
-    fn who_does_not_agree_is_not_timed() {
+    fn wrong_answers_of_ours_are_a_failure_and_those_of_others_are_counted() {
         let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";
         let mut case = Case::parse(text).unwrap();
-        let scenery = case.scene.open().unwrap();
-        let reference = ours::Reference::of(&scenery.soup).unwrap();
-        let sets = rays::sets(&scenery, &case.sets, case.rays, case.seed, &|rays| reference.closest(rays));
-        let rounds = Rounds { full: 1, behind: 1, warm_up: false };
-        let plan = Plan { quick: true, rounds, builds: rounds, threads: 1 };
-        let blind =
-            || Entrant { name: "blind".into(), class: engine::Class::Fast, robust: false, tree: Box::new(Blind) };
-        let mut field = vec![blind()];
-        assert!(!check(&case, &plan, &scenery.soup, &reference, &sets, &mut field, &mut Log::default()));
-        assert!(field.is_empty());
+        let (scenery, reference, sets) = scene_of(&case);
+        let checked = |case: &Case, name: &str| {
+            let entrant =
+                Entrant { name: name.into(), class: engine::Class::Fast, robust: false, tree: Box::new(Blind) };
+            let mut field = vec![entrant];
+            let plan = Plan::least();
+            let checked = check(case, &plan, &scenery.soup, &reference, &sets, &mut field, &mut Log::default());
+            assert_eq!(field.len(), 1);
+            checked
+        };
+        let others = checked(&case, "blind");
+        assert!(!others.ours_wrong && others.somebody_differs);
+        assert!(others.disagreements[&("blind".into(), true, Kind::Primary)].elsewhere > 10);
+        assert!(checked(&case, "kinetree blind").ours_wrong);
 
         case.hits.insert(Kind::Primary, crate::case::Hits { full: None, quick: Some(100_000) });
-        assert!(!check(&case, &plan, &scenery.soup, &reference, &sets, &mut Vec::new(), &mut Log::default()));
+        assert!(checked(&case, "blind").ours_wrong);
     }
 }

@@ -2,11 +2,13 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::budget::Budget;
 use super::{Log, builds};
 use crate::Failure;
 use crate::engine::{Class, Crew, Engine, Tree};
+use crate::measure::clock::{Stopwatch, Whose};
 use crate::measure::memory;
-use crate::report::Row;
+use crate::report::{Record, TreeNote};
 use crate::soup::Soup;
 
 /// An engine with its tree.
@@ -21,28 +23,54 @@ pub(crate) struct Entrant {
     pub(crate) tree: Box<dyn Tree>,
 }
 
-/// Builds a tree with each engine, on one thread, and weighs it. Who cannot is left out, and it is said why.
+/// The most triangles of trees that are built once more only to be told their cost, in a hurry.
+const JUDGED: usize = 700_000;
+
+/// Builds a tree with each engine, on one thread, and weighs it. Who cannot, or would take longer than `seconds` for all together, is left
+/// out, and it is said why.
 pub(crate) fn build(
     case: &str,
     engines: &[&dyn Engine],
     soup: &Soup,
+    (budget, seconds): (&mut Budget, f64),
     log: &mut Log,
-    rows: &mut Vec<Row>,
+    record: &mut Record,
 ) -> Result<Vec<Entrant>, Failure> {
     let crew = Crew::new(1)?;
+    let all = Stopwatch::start(Whose::Process);
     let mut field = Vec::new();
     for engine in engines {
         let name = engine.name().to_owned();
+        if all.read().wall + budget.expects(&name, soup.len()) > seconds {
+            log.say(&format!("  {name} is left out: there is no time for its build"));
+            continue;
+        }
+        let watch = Stopwatch::start(Whose::Process);
         let built = guarded(|| {
             let mut ready = engine.prepare(soup)?;
             ready.renew()?;
             let (tree, held) = memory::count(|| ready.build(&crew));
-            Ok((tree?, held))
+            let tree = tree?;
+            let judged = (seconds.is_infinite() || soup.len() <= JUDGED) && !engine.shares_builds();
+            let facts = tree.facts();
+            let cost = facts.cost.or_else(|| if judged { ready.judge(&crew) } else { None });
+            Ok((tree, held, cost))
         });
+        budget.learn(&name, soup.len(), watch.read().wall);
         match built {
-            Ok((tree, held)) => {
+            Ok((tree, held, cost)) => {
+                let note = TreeNote {
+                    case: case.to_owned(),
+                    engine: name.clone(),
+                    triangles: soup.len(),
+                    bytes: tree.facts().bytes.unwrap_or(held.after),
+                    cost,
+                    overlap: tree.facts().overlap,
+                };
+                log.say(&format!("  {}", note.sentence()));
+                record.trees.push(note);
                 if !engine.shares_builds() {
-                    rows.extend(builds::weighed(case, *engine, &*tree, held, soup));
+                    record.rows.extend(builds::weighed(case, *engine, &*tree, held, soup));
                 }
                 field.push(Entrant { name, class: engine.class(), robust: engine.is_robust(), tree });
             }
@@ -50,19 +78,6 @@ pub(crate) fn build(
         }
     }
     Ok(field)
-}
-
-/// Says what is known about the trees: cost and overlap tell good trees from good kernels.
-pub(crate) fn describe(field: &[Entrant], log: &mut Log) {
-    for entrant in field {
-        let facts = entrant.tree.facts();
-        if let (Some(cost), Some(overlap)) = (facts.cost, facts.overlap) {
-            log.say(&format!(
-                "  {:<22} its tree: cost {cost:.2} by its own formula, overlap {overlap:.3}",
-                entrant.name
-            ));
-        }
-    }
 }
 
 /// Runs what may fail or panic.

@@ -1,21 +1,27 @@
 //! The whole comparison: case by case, answers before times.
 
+mod budget;
 mod builds;
 mod check;
 mod field;
 mod growth;
+mod log;
+mod processes;
 mod refits;
 mod traces;
 
 use std::path::{Path, PathBuf};
 
+use self::budget::Budget;
+use self::log::Log;
 use crate::Failure;
 use crate::case::Case;
-use crate::engine::{self, Engine, ours};
+use crate::engine::{self, Class, Engine, ours};
 use crate::machine;
 use crate::measure::rounds::Rounds;
+use crate::ray::Ray;
 use crate::rays;
-use crate::report::{self, Row};
+use crate::report::{self, Record};
 
 /// What is compared, and where results go.
 #[derive(Debug, Clone, clap::Args)]
@@ -37,23 +43,38 @@ pub(crate) struct Options {
     /// Only engines whose names begin so
     #[arg(long, value_name = "NAME")]
     engine: Vec<String>,
-    /// Rounds of measurement [default: 9, or 5 when quick]
+    /// Rounds of measurement in each process [default: 9, or 5 when quick]
     #[arg(long)]
     rounds: Option<usize>,
+    /// Measures all of it so many times, each in a process of its own, for bounds that count what differs between processes
+    #[arg(long, default_value_t = 1, value_name = "NUMBER")]
+    processes: usize,
     /// Only rays: no builds, refits or growth
     #[arg(long)]
     rays_only: bool,
+    /// No growth of cost with the number of triangles, which is measured unless cases are picked by name
+    #[arg(long)]
+    no_growth: bool,
     /// Keeps table, rows and chart in a folder of the machine's name within this one, too
     #[arg(long, value_name = "FOLDER")]
     results: Option<PathBuf>,
+    /// Where a process leaves what it has measured for the one that started it
+    #[arg(long, hide = true, value_name = "FILE")]
+    part: Option<PathBuf>,
+    /// Which process it is, the first being 0
+    #[arg(long, hide = true, default_value_t = 0)]
+    number: usize,
 }
 
 /// The most triangles that are refitted, or built by several threads, in a quick run.
 pub(crate) const QUICK_TRIANGLES: usize = 700_000;
 
 /// What all parts of a comparison need to know.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Plan {
     quick: bool,
+    /// Whether this is the first process: what is always the same is done in that one only.
+    first: bool,
     /// Of rays.
     rounds: Rounds,
     /// Of builds and refits, which take longer.
@@ -62,47 +83,90 @@ pub(crate) struct Plan {
     threads: usize,
 }
 
-/// Compares, and tells whether every engine agreed with the reference.
+impl Plan {
+    fn of(options: &Options) -> Self {
+        let rounds = options.rounds.unwrap_or(if options.quick { 5 } else { 9 }).max(1);
+        let seconds = f64::INFINITY;
+        Self {
+            quick: options.quick,
+            first: options.number == 0,
+            rounds: Rounds {
+                full: rounds,
+                behind: rounds.min(if options.quick { 1 } else { 3 }),
+                seconds,
+                warm_up: true,
+            },
+            // Every tree has been built once before.
+            builds: Rounds {
+                full: if options.quick { rounds.min(3) } else { rounds },
+                behind: if options.quick { 1 } else { rounds.min(3) },
+                seconds,
+                warm_up: false,
+            },
+            threads: machine::threads(),
+        }
+    }
+
+    #[cfg(test)]
+    fn least() -> Self {
+        let rounds = Rounds { full: 1, behind: 1, seconds: f64::INFINITY, warm_up: false };
+        Self { quick: true, first: true, rounds, builds: rounds, threads: 1 }
+    }
+}
+
+/// Compares, and tells whether all answers of ours were right.
 ///
 /// # Errors
 /// A scene that cannot be opened, or results that cannot be written.
 pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
-    let rounds = options.rounds.unwrap_or(if options.quick { 5 } else { 9 }).max(1);
-    let plan = Plan {
-        quick: options.quick,
-        rounds: Rounds { full: rounds, behind: rounds.min(if options.quick { 1 } else { 3 }), warm_up: true },
-        // Every tree has been built once before.
-        builds: Rounds {
-            full: if options.quick { 1 } else { rounds },
-            behind: if options.quick { 1 } else { rounds.min(3) },
-            warm_up: false,
-        },
-        threads: machine::threads(),
+    let mut log = Log::default();
+    let record = if options.part.is_none() && options.processes > 1 {
+        let record = processes::run(options.processes)?;
+        log.text.push_str(&record.text);
+        log.say("\n#### all processes together");
+        log.say(&report::table(&record.rows));
+        record
+    } else {
+        measure(options, &mut log)?
     };
+    if let Some(part) = &options.part {
+        save(part, &serde_json::to_string(&Record { text: log.text, ..record })?)?;
+        return Ok(true);
+    }
+    log.say(&report::goals(&record, machine::second_cache()));
+    log.say(match (record.ours_wrong, record.somebody_differs) {
+        (true, _) => "NOT all answers of kinetree are right",
+        (false, true) => "all answers of kinetree are right; those of others that differ are counted above",
+        (false, false) => "every engine agrees with the reference",
+    });
+    write(options, &record, &log)?;
+    Ok(!record.ours_wrong)
+}
+
+/// In this process.
+fn measure(options: &Options, log: &mut Log) -> Result<Record, Failure> {
+    let plan = Plan::of(options);
+    let mut budget = Budget::new(options.quick);
     let (mut engines, notes) = engine::all();
     let asked =
         |name: &str| options.engine.is_empty() || options.engine.iter().any(|start| name.starts_with(start.as_str()));
     engines.retain(|engine| asked(engine.name()));
-    let mut log = Log::default();
     log.say(&format!("{}, {} threads, {}", machine::processor(), plan.threads, machine::date()));
+    log.say(&machine::versions());
     notes.iter().for_each(|note| log.say(note));
 
-    let mut rows = Vec::new();
-    let mut agreed = true;
-    for case in cases(options)? {
-        agreed &= one_case(&case, &engines, &plan, options.rays_only, &mut log, &mut rows)?;
+    let mut record = Record::default();
+    let cases = cases(options)?;
+    let grows = !options.rays_only && !options.no_growth && options.case.is_empty();
+    for (at, case) in cases.iter().enumerate() {
+        let after: f64 = cases[at + 1..].iter().map(weight).sum::<f64>() + if grows { 1.0 } else { 0.0 };
+        let seconds = budget.share(weight(case), weight(case) + after);
+        one_case(case, &engines, &plan, (&mut budget, seconds), options.rays_only, log, &mut record)?;
     }
-    if !options.rays_only && options.case.is_empty() {
-        growth::run(&engines, &plan, &mut log, &mut rows)?;
+    if grows {
+        growth::run(&engines, &plan, &mut budget, log, &mut record)?;
     }
-    log.say(&report::means(&rows));
-    log.say(if agreed {
-        "every engine agrees with the reference"
-    } else {
-        "NOT every engine agrees with the reference"
-    });
-    write(options, &rows, &log)?;
-    Ok(agreed)
+    Ok(record)
 }
 
 fn cases(options: &Options) -> Result<Vec<Case>, Failure> {
@@ -111,79 +175,73 @@ fn cases(options: &Options) -> Result<Vec<Case>, Failure> {
         cases.push(Case::of_file(path)?);
     }
     cases.retain(|case| options.case.is_empty() || options.case.contains(&case.name));
+    // The largest last: by then it is known how long builds take.
+    cases.sort_by(|a, b| weight(a).total_cmp(&weight(b)));
     Ok(cases)
+}
+
+/// How much of a quick run's time a case is given.
+fn weight(case: &Case) -> f64 {
+    if matches!(case.scene, crate::scene::SceneChoice::Race { .. }) { 4.0 } else { 1.0 }
 }
 
 fn one_case(
     case: &Case,
     engines: &[Box<dyn Engine>],
     plan: &Plan,
+    (budget, seconds): (&mut Budget, f64),
     rays_only: bool,
     log: &mut Log,
-    rows: &mut Vec<Row>,
-) -> Result<bool, Failure> {
-    let scenery = case.scene.open().map_err(|failure| format!("{}: {failure}", case.name))?;
+    record: &mut Record,
+) -> Result<(), Failure> {
+    let mut scenery = case.scene.open().map_err(|failure| format!("{}: {failure}", case.name))?;
     log.say(&format!("\n== {}: {} triangles", case.name, scenery.soup.len()));
     let reference = ours::Reference::of(&scenery.soup)?;
-    let count = if plan.quick { case.quick_rays } else { case.rays };
-    let sets = rays::sets(&scenery, &case.sets, count, case.seed, &|rays| reference.closest(rays));
-    let wanted: Vec<&dyn Engine> =
+    scenery.look_closer(&|soup, rays| reference.closest(soup, rays));
+    let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
+    let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
+    let mut wanted: Vec<&dyn Engine> =
         engines.iter().map(|engine| &**engine).filter(|engine| case.wants(engine.name(), plan.quick)).collect();
-    let from = rows.len();
-    let mut field = field::build(&case.name, &wanted, &scenery.soup, log, rows)?;
+    // Should time run out, it does so for those who matter less.
+    wanted.sort_by_key(|engine| urgency(*engine));
+    let from = record.rows.len();
+    let soup = &scenery.soup;
+    let mut field = field::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.45), log, record)?;
     log.took("scene, rays, trees");
-    field::describe(&field, log);
-    let agreed = check::check(case, plan, &scenery.soup, &reference, &sets, &mut field, log);
+    let checked = check::check(case, plan, soup, &reference, &sets, &mut field, log);
+    record.ours_wrong |= checked.ours_wrong;
+    record.somebody_differs |= checked.somebody_differs;
     log.took("answers");
-    traces::run(case, plan, &sets, &field, log, rows)?;
+    let rows = &mut record.rows;
+    traces::run(case, plan, &sets, &field, &checked.disagreements, seconds * 0.25, log, rows);
     log.took("rays");
+    wanted.retain(|engine| field.iter().any(|entrant| entrant.name == engine.name()));
     drop(field);
     if !rays_only {
-        builds::run(&case.name, plan, &wanted, &scenery.soup, rows)?;
-        if plan.quick && scenery.soup.len() > QUICK_TRIANGLES {
+        builds::run(&case.name, plan, &wanted, soup, (&*budget, seconds * 0.2), log, rows)?;
+        if plan.quick && soup.len() > QUICK_TRIANGLES {
             log.say("  refits and builds by several threads are left to full runs: there are too many triangles");
         } else {
-            refits::run(&case.name, plan, &wanted, &scenery.soup, log, rows)?;
+            refits::run(&case.name, plan, &wanted, soup, seconds * 0.05, log, rows)?;
         }
     }
     log.took("builds and refits");
-    log.say(&report::table(&rows[from..]));
-    Ok(agreed)
+    log.say(&report::table(&record.rows[from..]));
+    Ok(())
 }
 
-/// What is said, kept for the file.
-pub(crate) struct Log {
-    text: String,
-    since: std::time::Instant,
+/// First those that the goals are about.
+fn urgency(engine: &dyn Engine) -> u32 {
+    let leading = ["kinetree", "embree", "tinybvh"].iter().any(|start| engine.name().starts_with(start));
+    u32::from(!leading) * 2 + u32::from(engine.class() == Class::Best)
 }
 
-impl Default for Log {
-    fn default() -> Self {
-        Self { text: String::new(), since: std::time::Instant::now() }
-    }
-}
-
-impl Log {
-    /// Prints a line, and keeps it.
-    pub(crate) fn say(&mut self, line: &str) {
-        println!("{line}");
-        self.text.push_str(line);
-        self.text.push('\n');
-    }
-
-    /// Says how long a part took, since the last one.
-    pub(crate) fn took(&mut self, part: &str) {
-        self.say(&format!("  [{part}: {:.1} s]", self.since.elapsed().as_secs_f64()));
-        self.since = std::time::Instant::now();
-    }
-}
-
-fn write(options: &Options, rows: &[Row], log: &Log) -> Result<(), Failure> {
-    let json = || serde_json::to_string_pretty(rows);
+fn write(options: &Options, record: &Record, log: &Log) -> Result<(), Failure> {
+    let rows = &record.rows;
     let title = format!("{}, {}", machine::processor(), machine::date());
     let chart = || report::chart(rows, &title);
     if let Some(path) = &options.json {
-        save(path, &json()?)?;
+        save(path, &report::json(rows)?)?;
     }
     if let Some(path) = &options.svg {
         save(path, &chart())?;
@@ -191,7 +249,7 @@ fn write(options: &Options, rows: &[Row], log: &Log) -> Result<(), Failure> {
     if let Some(folder) = &options.results {
         let folder = folder.join(machine::folder_name());
         let name = if options.quick { "quick" } else { "compare" };
-        save(&folder.join(format!("{name}.json")), &json()?)?;
+        save(&folder.join(format!("{name}.json")), &report::json(rows)?)?;
         save(&folder.join(format!("{name}.svg")), &chart())?;
         save(&folder.join(format!("{name}.txt")), &log.text)?;
     }

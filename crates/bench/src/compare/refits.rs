@@ -6,24 +6,25 @@ use super::{Log, Plan};
 use crate::Failure;
 use crate::engine::{Crew, Engine, Refit};
 use crate::measure::clock::{Stopwatch, Whose};
-use crate::measure::rounds::in_turn;
-use crate::report::{Metric, Row};
+use crate::measure::rounds::{Rounds, in_turn};
+use crate::report::{Metric, Row, UNINDEXED};
 use crate::soup::Soup;
 
 /// How far vertices sway, as a part of the scene's size.
 const SWAY: f32 = 1e-4;
 
-/// Times every engine that can refit, with shared vertices and, in full runs, with three for each triangle.
+/// Times every engine that can refit, with shared vertices and, in full runs, with three for each triangle. Each takes about `seconds`.
 pub(crate) fn run(
     case: &str,
     plan: &Plan,
     engines: &[&dyn Engine],
     soup: &Soup,
+    seconds: f64,
     log: &mut Log,
     rows: &mut Vec<Row>,
 ) -> Result<(), Failure> {
     let unindexed = (!plan.quick).then(|| soup.unindexed());
-    let soups = [(case.to_owned(), Some(soup)), (format!("{case} unindexed"), unindexed.as_ref())];
+    let soups = [(case.to_owned(), Some(soup)), (format!("{case}{UNINDEXED}"), unindexed.as_ref())];
     for (name, soup) in soups.into_iter().filter_map(|(name, soup)| Some((name, soup?))) {
         let crew = Crew::new(1)?;
         let mut following: Vec<(&dyn Engine, Box<dyn Refit>)> = Vec::new();
@@ -37,7 +38,7 @@ pub(crate) fn run(
         let places = [sway(soup, 1.0), sway(soup, -1.0)];
         let mut turns = vec![0_usize; following.len()];
         let mut failures = Vec::new();
-        let times = in_turn(following.len(), plan.builds, |at| {
+        let times = in_turn(following.len(), Rounds { seconds, ..plan.builds }, |at| {
             let positions = &places[turns[at] % 2];
             turns[at] += 1;
             let (engine, refit) = &mut following[at];

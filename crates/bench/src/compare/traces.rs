@@ -1,19 +1,22 @@
 //! Rays: everybody in turn, on one core, then on all.
 
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use kinetree::wide::{TriangleBlock, WideNode};
+
+use super::check::Disagreements;
 use super::field::Entrant;
 use super::{Log, Plan};
-use crate::Failure;
 use crate::case::Case;
 use crate::engine::{Batch, Coherence, Mode};
 use crate::measure::clock::{Stopwatch, Took, Whose};
 use crate::measure::pin::Pinned;
-use crate::measure::rounds::in_turn;
+use crate::measure::rounds::{Rounds, in_turn};
 use crate::ray::{Answer, Ray};
-use crate::rays::{Question, RaySet};
-use crate::report::{Metric, Row};
+use crate::rays::{Kind, Question, RaySet};
+use crate::report::{Metric, PerRay, Row, Unit};
 
 /// Rays that a thread takes at a time when several work: whole tiles.
 const PIECE: usize = 1024;
@@ -24,35 +27,59 @@ pub(crate) fn run(
     plan: &Plan,
     sets: &[RaySet],
     field: &[Entrant],
+    disagreements: &Disagreements,
+    seconds: f64,
     log: &mut Log,
     rows: &mut Vec<Row>,
-) -> Result<(), Failure> {
+) {
+    // Half of the time for answers on all threads, which few sets are asked for.
+    let seconds = seconds / (1.5 * sets.len().max(1) as f64);
     for set in sets {
-        field.iter().for_each(|entrant| count(set, entrant, log));
+        let work: BTreeMap<String, PerRay> =
+            field.iter().filter_map(|entrant| Some((entrant.name.clone(), count(set, entrant, log)?))).collect();
         let contenders: Vec<Contender<'_>> = contenders(set, field);
         let mut threads = vec![1];
-        threads.extend((plan.threads > 1).then_some(plan.threads));
+        threads.extend((plan.threads > 1 && scales(set.kind, plan.quick)).then_some(plan.threads));
         for threads in threads {
             let mut room = Room::of(set.rays.len());
-            let times = in_turn(contenders.len(), plan.rounds, |at| Some(contenders[at].time(set, threads, &mut room)));
+            let rounds = Rounds { seconds, ..plan.rounds };
+            let times = in_turn(contenders.len(), rounds, |at| Some(contenders[at].time(set, threads, &mut room)));
             for (contender, times) in contenders.iter().zip(times) {
-                rows.extend(contender.row(case, set, threads, &times));
+                let row = contender.row(case, set, threads);
+                let single = contender.batch.is_none();
+                let differ = disagreements.get(&(row.engine.clone(), single, set.kind)).copied();
+                let work = work.get(&row.engine).filter(|_| single).copied();
+                rows.extend(Row { differ, work, ..row }.with_times(&times));
             }
         }
     }
-    Ok(())
 }
 
-/// Says how much work the rays of a set are, where the engine can tell.
-fn count(set: &RaySet, entrant: &Entrant, log: &mut Log) {
-    let Some(work) = entrant.tree.count(&set.rays, set.kind.question()) else { return };
-    let each = |count: u64| count as f64 / set.rays.len() as f64;
-    let [nodes, leaves, triangles] = [work.nodes, work.leaves, work.triangles].map(each);
-    let (name, kind) = (&entrant.name, set.kind.name());
-    log.say(&format!(
-        "  {name:<22} {kind:<17} per ray: {nodes:.2} nodes, {leaves:.2} leaves, {triangles:.2} triangles"
-    ));
+/// Which sets are traced on all threads, too.
+fn scales(kind: Kind, quick: bool) -> bool {
+    kind == Kind::Primary || kind == Kind::Diffuse && !quick
 }
+
+/// How much work the rays of a set are, each by itself, where the engine can tell.
+fn count(set: &RaySet, entrant: &Entrant, log: &mut Log) -> Option<PerRay> {
+    let work = entrant.tree.count(&set.rays, set.kind.question())?;
+    let each = |count: u64| count as f64 / set.rays.len() as f64;
+    let (nodes, blocks) = (each(work.nodes), each(work.blocks));
+    // Both are made of whole lines and stand at the beginning of one.
+    let (node, block) = (size_of::<WideNode>() as f64 / LINE, size_of::<TriangleBlock>() as f64 / LINE);
+    let per_ray = PerRay { nodes, blocks, triangles: each(work.triangles), lines: nodes * node + blocks * block };
+    log.say(&format!(
+        "  {:<28} {:<17} per ray: {nodes:.2} nodes, {blocks:.2} leaf blocks, {:.2} triangles, {:.1} cache lines",
+        entrant.name,
+        set.kind.name(),
+        per_ray.triangles,
+        per_ray.lines
+    ));
+    Some(per_ray)
+}
+
+/// Bytes of a cache line.
+const LINE: f64 = 64.0;
 
 /// An entrant, and how it is given rays.
 struct Contender<'a> {
@@ -121,28 +148,34 @@ impl Contender<'_> {
         }
     }
 
-    fn row(&self, case: &Case, set: &RaySet, threads: usize, times: &[Took]) -> Option<Row> {
+    /// Without numbers.
+    fn row(&self, case: &Case, set: &RaySet, threads: usize) -> Row {
         let (suffix, mode) = self.batch.map_or(("", Mode::Single), |(batch, _)| (batch.suffix(), batch.mode()));
-        let row = Row {
+        Row {
             case: case.name.clone(),
-            engine: format!("{} {suffix}", self.entrant.name).trim_end().to_owned(),
+            engine: named(&self.entrant.name, suffix),
             metric: Metric::Trace,
             rays: Some(set.kind),
             mode: Some(mode),
             robust: self.entrant.robust,
             threads,
-            unit: "Mrays/s",
+            unit: Unit::Rays,
             median: 0.0,
             min: 0.0,
             max: 0.0,
-            wall: 0.0,
             class: self.entrant.class,
+            count: set.rays.len(),
             times: Vec::new(),
-        };
-        let walls: Vec<f64> = times.iter().map(|took| took.wall).collect();
-        let shown = if threads == 1 { times.iter().map(|took| took.processor).collect() } else { walls.clone() };
-        row.with_times(shown, &walls, |time| set.rays.len() as f64 / time.max(1e-9) / 1e6)
+            walls: Vec::new(),
+            differ: None,
+            work: None,
+        }
     }
+}
+
+/// An engine's name with that of a batch of its.
+pub(crate) fn named(engine: &str, suffix: &str) -> String {
+    format!("{engine} {suffix}").trim_end().to_owned()
 }
 
 /// On one core.

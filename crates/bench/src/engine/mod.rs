@@ -16,6 +16,8 @@ mod obvhs;
 pub(crate) mod ours;
 #[cfg(feature = "parry3d")]
 mod parry;
+#[cfg(feature = "embree")]
+mod sorted;
 #[cfg(all(feature = "tinybvh", target_arch = "x86_64"))]
 mod tinybvh;
 
@@ -27,7 +29,7 @@ use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
 /// What a tree was built for: like is compared with like.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Class {
     /// As quickly as can be.
     Fastest,
@@ -85,6 +87,11 @@ pub(crate) trait Prepared {
     /// # Errors
     /// What went wrong.
     fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure>;
+
+    /// The expected cost of a ray by the formula of [`Facts::cost`], where the engine tells it only on request: it builds once more.
+    fn judge(&mut self, _crew: &Crew) -> Option<f32> {
+        None
+    }
 }
 
 /// A tree that answers rays.
@@ -130,7 +137,7 @@ pub(crate) trait Batch: Sync {
 }
 
 /// How rays are handed over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Mode {
     /// One call per ray.
@@ -158,19 +165,23 @@ pub(crate) struct Facts {
     pub(crate) bytes: Option<usize>,
     /// The most bytes at a time while it was built, when the engine keeps its own count.
     pub(crate) peak: Option<usize>,
-    /// Expected cost of a ray: nodes and triangles, each weighed by its area over the root's.
+    /// Expected cost of a ray: wide nodes and blocks of triangles, each weighed by its area over the root's and by nothing else, as Embree's own
+    /// formula has it. Of engines that do not tell about their wide trees: binary nodes and triangles.
     pub(crate) cost: Option<f32>,
     /// Summed area of the common boxes of siblings over the root's.
     pub(crate) overlap: Option<f32>,
 }
 
-/// Every engine that this program was compiled with and that can be had on this machine; and why the others cannot.
+/// Every engine that this program was compiled with and that can be had on this machine; and notes: versions, and why the others cannot.
 pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     #[allow(unused_mut)]
     let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (ours::variants(), Vec::new());
     #[cfg(all(feature = "embree", unix))]
     match embree::variants() {
-        Ok(more) => engines.extend(more),
+        Ok((more, version)) => {
+            engines.extend(more);
+            notes.push(format!("with Embree {version}"));
+        }
         Err(failure) => notes.push(format!("without Embree: {failure}; `fetch-peers` brings it")),
     }
     #[cfg(all(feature = "tinybvh", target_arch = "x86_64"))]

@@ -5,24 +5,39 @@ use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Scene, Snap
 
 use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
 use crate::Failure;
+use crate::agree::refined;
 use crate::ray::{Answer, Ray};
 use crate::rays::Question;
 use crate::soup::Soup;
 
 /// Every setting that is compared.
 pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
-    vec![
-        Box::new(Kinetree { name: "kinetree fastest", class: Class::Fastest, quality: Quality::Fastest }),
-        Box::new(Kinetree { name: "kinetree fast", class: Class::Fast, quality: Quality::Fast }),
-        Box::new(Kinetree { name: "kinetree best", class: Class::Best, quality: Quality::Best }),
-    ]
+    SETTINGS.iter().map(|setting| -> Box<dyn Engine> { Box::new(*setting) }).collect()
 }
 
-/// One setting. Another one is another line above.
+/// Ends the names of settings whose triangles are not tested watertight.
+pub(crate) const LOOSE: &str = " precision-fast";
+
+/// Another setting is another line.
+const SETTINGS: [Kinetree; 3] = [
+    Kinetree { name: "kinetree fastest", class: Class::Fastest, quality: Quality::Fastest, robust: true },
+    Kinetree { name: "kinetree fast", class: Class::Fast, quality: Quality::Fast, robust: true },
+    Kinetree { name: "kinetree best", class: Class::Best, quality: Quality::Best, robust: true },
+];
+
+#[derive(Clone, Copy)]
 struct Kinetree {
     name: &'static str,
     class: Class,
     quality: Quality,
+    /// Whether triangles are tested watertight.
+    robust: bool,
+}
+
+impl Kinetree {
+    fn mesh(&self, soup: &Soup) -> Result<Mesh, Failure> {
+        Ok(Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality))
+    }
 }
 
 impl Engine for Kinetree {
@@ -35,19 +50,18 @@ impl Engine for Kinetree {
     }
 
     fn is_robust(&self) -> bool {
-        true
+        self.robust
     }
 
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
-        let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality);
-        Ok(Box::new(Ready { mesh, scene: None }))
+        Ok(Box::new(Ready { mesh: self.mesh(soup)?, scene: None }))
     }
 
     fn refitter(&self, soup: &Soup, crew: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
-        if self.quality != Quality::Fast {
+        if self.quality != Quality::Fast || !self.robust {
             return Ok(None);
         }
-        let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality);
+        let mesh = self.mesh(soup)?;
         let mut following = crew.run(|| -> Result<_, Failure> {
             let (mut scene, mesh) = scene_of(mesh, Motion::Deforming)?;
             let frame = scene.commit();
@@ -193,7 +207,7 @@ impl Refit for Following {
     }
 }
 
-/// The answers that all others are held against: a tree of ours, and its slow twin that looks at every triangle.
+/// The answers that rays are made from and that all engines are held against, as far as they have been checked themselves: a tree of ours.
 pub(crate) struct Reference(Traced);
 
 impl Reference {
@@ -206,15 +220,10 @@ impl Reference {
         Ok(Self(Traced { view: scene.commit() }))
     }
 
-    /// The nearest hits, with the tree.
-    pub(crate) fn closest(&self, rays: &[Ray]) -> Vec<Answer> {
+    /// The nearest hits, with distances in double precision.
+    pub(crate) fn closest(&self, soup: &Soup, rays: &[Ray]) -> Vec<Answer> {
         let mut answers = vec![Answer::MISS; rays.len()];
         Tree::closest(&self.0, rays, &mut answers);
-        answers
-    }
-
-    /// The nearest hit, by looking at every triangle.
-    pub(crate) fn closest_by_looking(&self, ray: &Ray) -> Answer {
-        answer(self.0.view.query().by_looking().closest_hit(&theirs(ray)))
+        refined(soup, rays, &answers)
     }
 }

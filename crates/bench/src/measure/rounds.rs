@@ -3,12 +3,14 @@
 use super::clock::Took;
 
 /// How many rounds there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rounds {
     /// Of those who are not far behind.
     pub(crate) full: usize,
     /// Of those who are: a few rounds are enough to know that.
     pub(crate) behind: usize,
+    /// There are fewer when they would take longer than this all together.
+    pub(crate) seconds: f64,
     /// One more round comes before the others and does not count.
     pub(crate) warm_up: bool,
 }
@@ -22,6 +24,7 @@ const FAR_BEHIND: f64 = 6.0;
 pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -> Option<Took>) -> Vec<Vec<Took>> {
     let first: Vec<Option<Took>> = (0..count).map(&mut run).collect();
     let fastest = first.iter().flatten().map(|took| took.wall).fold(f64::INFINITY, f64::min);
+    let rounds = within_time(rounds, &first, fastest);
     let mut times = vec![Vec::new(); count];
     let mut turns = vec![0; count];
     for (contender, took) in first.into_iter().enumerate() {
@@ -49,6 +52,17 @@ pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -
     times
 }
 
+/// As many rounds as there is time for, after the first: one at least.
+fn within_time(rounds: Rounds, first: &[Option<Took>], fastest: f64) -> Rounds {
+    let walls = || first.iter().flatten().map(|took| took.wall);
+    let near = |wall: &f64| *wall <= fastest * FAR_BEHIND;
+    let (all, round): (f64, f64) = (walls().sum(), walls().filter(near).sum());
+    let left = (rounds.seconds - all).max(0.0);
+    let affordable = if round > 0.0 { (left / round).min(1e6) as usize } else { usize::MAX };
+    let full = rounds.full.min(affordable.max(1));
+    Rounds { full, behind: rounds.behind.min(full), ..rounds }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,7 +70,7 @@ mod tests {
     #[test]
     fn all_take_turns_and_who_is_far_behind_takes_fewer() {
         let mut order = Vec::new();
-        let times = in_turn(3, Rounds { full: 4, behind: 2, warm_up: true }, |contender| {
+        let times = in_turn(3, Rounds { full: 4, behind: 2, seconds: f64::INFINITY, warm_up: true }, |contender| {
             order.push(contender);
             let wall = if contender == 1 { 10.0 } else { 1.0 };
             Some(Took { wall, processor: wall })
@@ -68,7 +82,7 @@ mod tests {
     #[test]
     fn one_slow_round_is_enough_where_one_is_asked_for() {
         let mut asked = [0; 2];
-        let times = in_turn(2, Rounds { full: 3, behind: 1, warm_up: true }, |contender| {
+        let times = in_turn(2, Rounds { full: 3, behind: 1, seconds: f64::INFINITY, warm_up: true }, |contender| {
             asked[contender] += 1;
             let wall = [1.0, 100.0][contender];
             Some(Took { wall, processor: wall })
@@ -79,7 +93,7 @@ mod tests {
     #[test]
     fn without_a_warm_up_every_run_counts() {
         let mut asked = 0;
-        let times = in_turn(1, Rounds { full: 3, behind: 3, warm_up: false }, |_| {
+        let times = in_turn(1, Rounds { full: 3, behind: 3, seconds: f64::INFINITY, warm_up: false }, |_| {
             asked += 1;
             Some(Took { wall: 1.0, processor: 1.0 })
         });
@@ -87,9 +101,18 @@ mod tests {
     }
 
     #[test]
+    fn there_are_no_more_rounds_than_there_is_time_for() {
+        for (seconds, expected) in [(f64::INFINITY, 9), (8.0, 3), (0.0, 1)] {
+            let rounds = Rounds { full: 9, behind: 3, seconds, warm_up: true };
+            let times = in_turn(2, rounds, |_| Some(Took { wall: 1.0, processor: 1.0 }));
+            assert_eq!((times[0].len(), times[1].len()), (expected, expected), "{seconds}");
+        }
+    }
+
+    #[test]
     fn who_fails_is_not_asked_again() {
         let mut asked = 0;
-        let times = in_turn(1, Rounds { full: 5, behind: 5, warm_up: true }, |_| {
+        let times = in_turn(1, Rounds { full: 5, behind: 5, seconds: f64::INFINITY, warm_up: true }, |_| {
             asked += 1;
             None
         });

@@ -1,7 +1,5 @@
 //! From many measurements to few numbers.
 
-use crate::chance::Chance;
-
 /// The middle and the ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spread {
@@ -15,8 +13,8 @@ pub(crate) struct Spread {
 
 impl Spread {
     /// Of some numbers; `None` of none.
-    pub(crate) fn of(numbers: &[f64]) -> Option<Self> {
-        let mut sorted = numbers.to_vec();
+    pub(crate) fn of(numbers: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<f64> = numbers.into_iter().collect();
         sorted.sort_unstable_by(f64::total_cmp);
         let (min, max) = (*sorted.first()?, *sorted.last()?);
         let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
@@ -24,40 +22,83 @@ impl Spread {
     }
 }
 
-/// A ratio of two engines, paired round by round.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ratio {
-    /// Geometric mean over the rounds.
-    pub(crate) mean: f64,
-    /// It is larger than this with a chance of 95 %.
-    pub(crate) lower: f64,
-}
+/// Logarithms of a ratio, by process and by round. What was measured in the same round of the same process is a pair.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Logs(Vec<Vec<f64>>);
 
-/// How often the rounds are drawn anew.
-const DRAWS: usize = 2000;
+impl Logs {
+    /// How many times faster the one with the times `ours` is than the one with the times `theirs`, pair by pair.
+    pub(crate) fn of_times(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> Self {
+        let process = |(ours, theirs): (&Vec<f64>, &Vec<f64>)| {
+            let pairs = ours.iter().zip(theirs).filter(|(a, b)| **a > 0.0 && **b > 0.0);
+            pairs.map(|(ours, theirs)| (theirs / ours).ln()).collect()
+        };
+        Self(ours.iter().zip(theirs).map(process).collect())
+    }
 
-impl Ratio {
-    /// How many times faster the one with the times `ours` is than the one with the times `theirs`; the rounds that both have count. The bound
-    /// is a bootstrap: rounds are drawn with replacement, and one mean in twenty lies below it (Efron 1979).
-    pub(crate) fn of_times(ours: &[f64], theirs: &[f64]) -> Option<Self> {
-        let pairs = ours.iter().zip(theirs).filter(|(a, b)| **a > 0.0 && **b > 0.0);
-        let logs: Vec<f64> = pairs.map(|(ours, theirs)| (theirs / ours).ln()).collect();
-        if logs.is_empty() {
-            return None;
+    /// Of one positive number from each process; what is not positive does not count.
+    pub(crate) fn of_processes(numbers: impl IntoIterator<Item = f64>) -> Self {
+        let log = |number: f64| if number > 0.0 && number.is_finite() { vec![number.ln()] } else { Vec::new() };
+        Self(numbers.into_iter().map(log).collect())
+    }
+
+    /// The mean over several cases: of processes, when there are several; else round by round.
+    pub(crate) fn mean_of(cases: &[&Self]) -> Self {
+        let processes = cases.iter().map(|case| case.0.len()).min().unwrap_or(0);
+        let average = |at: &dyn Fn(&Self) -> f64| cases.iter().map(|case| at(case)).sum::<f64>() / cases.len() as f64;
+        if processes == 1 {
+            let rounds = cases.iter().map(|case| case.0[0].len()).min().unwrap_or(0);
+            return Self(vec![(0..rounds).map(|round| average(&|case| case.0[0][round])).collect()]);
         }
-        let mean = |total: f64| (total / logs.len() as f64).exp();
-        let mut chance = Chance::new(1, logs.len() as u64);
-        let mut means: Vec<f64> =
-            (0..DRAWS).map(|_| mean((0..logs.len()).map(|_| logs[chance.below(logs.len())]).sum())).collect();
-        means.sort_unstable_by(f64::total_cmp);
-        Some(Self { mean: mean(logs.iter().sum()), lower: means[DRAWS / 20] })
+        let whole = |process: &usize| cases.iter().all(|case| !case.0[*process].is_empty());
+        let process = |process: usize| vec![average(&|case| mean(&case.0[process]))];
+        Self((0..processes).filter(whole).map(process).collect())
+    }
+
+    /// The ratio and how sure it is; `None` of nothing.
+    pub(crate) fn ratio(&self) -> Option<Ratio> {
+        let processes: Vec<&Vec<f64>> = self.0.iter().filter(|rounds| !rounds.is_empty()).collect();
+        let samples = match processes.as_slice() {
+            [] => return None,
+            [rounds] => rounds.to_vec(),
+            _ => processes.iter().map(|rounds| mean(rounds)).collect(),
+        };
+        let middle = mean(&samples);
+        let bounds = (samples.len() > 1).then(|| {
+            let freedom = samples.len() - 1;
+            let variance = samples.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / freedom as f64;
+            let slack = student(freedom) * (variance / samples.len() as f64).sqrt();
+            ((middle - slack).exp(), (middle + slack).exp())
+        });
+        Some(Ratio { mean: middle.exp(), bounds })
     }
 }
 
-/// The geometric mean of positive numbers; `None` of none.
-pub(crate) fn geometric_mean(numbers: &[f64]) -> Option<f64> {
-    let total: f64 = numbers.iter().map(|x| x.ln()).sum();
-    (!numbers.is_empty()).then(|| (total / numbers.len() as f64).exp())
+/// A ratio of two engines, paired round by round.
+///
+/// The bounds are Student's for the mean of logarithms: of the means of the processes when there are several, since what differs between
+/// processes (where memory lies) is the same for all rounds of one; of the rounds when there is one process only.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ratio {
+    /// Geometric mean.
+    pub(crate) mean: f64,
+    /// It is larger than the first with a chance of 95 %, and smaller than the second with the same; `None` when it was measured once.
+    pub(crate) bounds: Option<(f64, f64)>,
+}
+
+fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len() as f64
+}
+
+/// What Student's variable with so many degrees of freedom stays below in 95 of 100 cases (Student 1908, "The probable error of a mean").
+fn student(freedom: usize) -> f64 {
+    const TABLE: [f64; 12] = [6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833, 1.812, 1.796, 1.782];
+    match freedom {
+        0 => f64::INFINITY,
+        1..=12 => TABLE[freedom - 1],
+        // Within 0.003 of the exact value from here on.
+        _ => 1.645 + 1.66 / freedom as f64,
+    }
 }
 
 #[cfg(test)]
@@ -66,33 +107,55 @@ mod tests {
 
     #[test]
     fn the_median_is_in_the_middle() {
-        assert_eq!(Spread::of(&[]), None);
-        assert_eq!(Spread::of(&[3.0]), Some(Spread { median: 3.0, min: 3.0, max: 3.0 }));
-        assert_eq!(Spread::of(&[5.0, 1.0, 3.0]), Some(Spread { median: 3.0, min: 1.0, max: 5.0 }));
-        assert_eq!(Spread::of(&[4.0, 1.0, 3.0, 2.0]).map(|spread| spread.median), Some(2.5));
+        assert_eq!(Spread::of([]), None);
+        assert_eq!(Spread::of([3.0]), Some(Spread { median: 3.0, min: 3.0, max: 3.0 }));
+        assert_eq!(Spread::of([5.0, 1.0, 3.0]), Some(Spread { median: 3.0, min: 1.0, max: 5.0 }));
+        assert_eq!(Spread::of([4.0, 1.0, 3.0, 2.0]).map(|spread| spread.median), Some(2.5));
     }
 
     #[test]
     fn a_drifting_clock_does_not_touch_a_paired_ratio() {
         let theirs: Vec<f64> = (1..10).map(f64::from).collect();
         let ours: Vec<f64> = theirs.iter().map(|time| time / 1.5).collect();
-        let ratio = Ratio::of_times(&ours, &theirs).unwrap();
-        assert!((ratio.mean - 1.5).abs() < 1e-9 && (ratio.lower - 1.5).abs() < 1e-9);
+        let ratio = Logs::of_times(&[ours], &[theirs]).ratio().unwrap();
+        let (lower, upper) = ratio.bounds.unwrap();
+        assert!([ratio.mean, lower, upper].iter().all(|x| (x - 1.5).abs() < 1e-9), "{ratio:?}");
     }
 
     #[test]
-    fn noise_lowers_the_bound_and_not_the_mean() {
-        let ours = [1.0; 8];
+    fn noise_widens_the_bounds_and_leaves_the_mean() {
         let theirs = [1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 1.0, 2.0];
-        let ratio = Ratio::of_times(&ours, &theirs).unwrap();
+        let ratio = Logs::of_times(&[vec![1.0; 8]], &[theirs.to_vec()]).ratio().unwrap();
+        let (lower, upper) = ratio.bounds.unwrap();
         assert!((ratio.mean - 2.0_f64.sqrt()).abs() < 1e-9);
-        assert!((1.05..1.40).contains(&ratio.lower), "{}", ratio.lower);
-        assert_eq!(Ratio::of_times(&[], &theirs), None);
+        // 1.895 deviations of 0.1310, which is the standard error of the logarithms.
+        assert!((lower - 2.0_f64.sqrt() * (-0.2482_f64).exp()).abs() < 1e-3, "{lower}");
+        assert!((lower * upper - 2.0).abs() < 1e-9);
+        assert_eq!(Logs::of_times(&[], &[]).ratio(), None);
+    }
+
+    #[test]
+    fn what_differs_between_processes_is_not_averaged_away_by_many_rounds() {
+        let ours = vec![vec![1.0; 100]; 3];
+        let theirs = vec![vec![1.0; 100], vec![1.1; 100], vec![1.2; 100]];
+        let (lower, upper) = Logs::of_times(&ours, &theirs).ratio().unwrap().bounds.unwrap();
+        assert!(lower < 1.0 && upper > 1.2, "{lower} {upper}");
+        assert_eq!(Logs::of_processes([2.0]).ratio().unwrap().bounds, None);
     }
 
     #[test]
     fn doubling_and_halving_cancel() {
-        assert!((geometric_mean(&[2.0, 0.5]).unwrap() - 1.0).abs() < 1e-12);
-        assert_eq!(geometric_mean(&[]), None);
+        let [double, half] = [2.0, 0.5].map(|ratio| Logs::of_processes([ratio, ratio, ratio]));
+        assert!((Logs::mean_of(&[&double, &half]).ratio().unwrap().mean - 1.0).abs() < 1e-12);
+        let [double, half] = [2.0, 0.5].map(|ratio| Logs::of_times(&[vec![1.0, 1.0]], &[vec![ratio, ratio]]));
+        assert!((Logs::mean_of(&[&double, &half]).ratio().unwrap().mean - 1.0).abs() < 1e-12);
+        assert_eq!(Logs::mean_of(&[]).ratio(), None);
+    }
+
+    #[test]
+    fn many_degrees_of_freedom_are_almost_normal() {
+        for (freedom, exact) in [(13, 1.771), (20, 1.725), (30, 1.697), (100, 1.660)] {
+            assert!((student(freedom) - exact).abs() < 0.004, "{freedom}");
+        }
     }
 }

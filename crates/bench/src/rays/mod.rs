@@ -90,32 +90,32 @@ pub(crate) struct RaySet {
     pub(crate) rays: Vec<Ray>,
 }
 
-/// Makes the sets that are asked for, of about `count` rays each. `trace` finds where rays end; a set whose rays would have to start
+/// Makes the sets that are asked for, of about as many rays as `count` says of each. `trace` finds where rays end; a set whose rays would have to start
 /// somewhere that nothing was hit is left out.
 pub(crate) fn sets(
     scenery: &Scenery,
     kinds: &[Kind],
-    count: usize,
+    count: &dyn Fn(Kind) -> usize,
     seed: u64,
     trace: &dyn Fn(&[Ray]) -> Vec<Answer>,
 ) -> Vec<RaySet> {
-    let primary = first::primary(&scenery.eye, count);
+    let primary = first::primary(&scenery.eye, count(Kind::Primary));
     let ends = bounce::Ends::of(&scenery.soup, &primary, &trace(&primary));
-    let diffuse = ends.diffuse(count, seed, 0);
+    let diffuse = |kind: Kind| ends.diffuse(count(kind), seed, 0);
     let make = |kind: Kind| match kind {
         Kind::Primary => primary.clone(),
-        Kind::Diffuse => diffuse.clone(),
+        Kind::Diffuse => diffuse(kind),
         Kind::DiffuseShuffled => {
-            let mut rays = diffuse.clone();
+            let mut rays = diffuse(kind);
             crate::chance::Chance::new(seed, 0x5aff).shuffle(&mut rays);
             rays
         }
-        Kind::Bounce4 => (1..4).fold(diffuse.clone(), |rays, bounce| {
-            bounce::Ends::of(&scenery.soup, &rays, &trace(&rays)).diffuse(count, seed, bounce)
+        Kind::Bounce4 => (1..4).fold(diffuse(kind), |rays, bounce| {
+            bounce::Ends::of(&scenery.soup, &rays, &trace(&rays)).diffuse(count(kind), seed, bounce)
         }),
-        Kind::Shadow => ends.to_light(bounce::light(&scenery.eye, &ends), count),
-        Kind::ShadowShort => ends.short(Vec3::from(scenery.soup.bounds().extent()).length() * 0.02, count, seed),
-        Kind::Axis => first::axis_parallel(&scenery.soup, count, seed),
+        Kind::Shadow => ends.to_light(bounce::light(&scenery.eye, &ends), count(kind)),
+        Kind::ShadowShort => ends.short(Vec3::from(scenery.soup.bounds().extent()).length() * 0.02, count(kind), seed),
+        Kind::Axis => first::axis_parallel(&scenery.soup, count(kind), seed),
     };
     kinds.iter().map(|&kind| RaySet { kind, rays: make(kind) }).filter(|set| !set.rays.is_empty()).collect()
 }
@@ -129,7 +129,7 @@ mod tests {
     fn all() -> Vec<RaySet> {
         let scenery = SceneChoice::Terrain { seed: 1, triangles: 4000 }.open().unwrap();
         let reference = ours::Reference::of(&scenery.soup).unwrap();
-        sets(&scenery, &Kind::ALL, 1000, 7, &|rays| reference.closest(rays))
+        sets(&scenery, &Kind::ALL, &|_| 1000, 7, &|rays| reference.closest(&scenery.soup, rays))
     }
 
     #[test]

@@ -1,73 +1,99 @@
-//! The chart: bars for single calls on one thread, written as SVG by hand.
+//! The chart: bars for single calls on one thread, written as SVG by hand. Its colours follow the reader's choice of light or dark.
 
 use std::fmt::Write as _;
 
-use super::{Metric, Row};
+use super::{GROWTH, Metric, Row};
 use crate::engine::Mode;
+use crate::rays::Kind;
 
-const LEFT: f64 = 190.0;
-const WIDTH: f64 = 560.0;
+/// A column for each.
+const KINDS: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
+/// Of a column: names, bars, numbers.
+const LEFT: f64 = 150.0;
+const WIDTH: f64 = 200.0;
+const RIGHT: f64 = 50.0;
 const BAR: f64 = 13.0;
+const HEAD: f64 = 40.0;
 
-/// One panel per case and kind of rays; a bar per engine with the range of its rounds. Bars of a panel share a scale.
+/// Text and background in both schemes; bars stand out from either.
+const STYLE: &str = "<style>\
+    text { fill: #1f2328 } .ground { fill: #ffffff } .range { stroke: #1f2328 }\
+    .ours { fill: #d1495b } .robust { fill: #5f8dc4 } .other { fill: #a3adb9 }\
+    @media (prefers-color-scheme: dark) {\
+    text { fill: #e6edf3 } .ground { fill: #0d1117 } .range { stroke: #e6edf3 }\
+    .ours { fill: #e8697a } .robust { fill: #5783b8 } .other { fill: #6e7781 } }\
+    </style>";
+
+/// A panel per case and kind of rays; a bar per engine with the range of its rounds. Bars of a panel share a scale.
 pub(crate) fn chart(rows: &[Row], title: &str) -> String {
-    let shown = |row: &&Row| row.metric == Metric::Trace && row.mode == Some(Mode::Single) && row.threads == 1;
-    let mut panels: Vec<Vec<&Row>> = Vec::new();
-    for row in rows.iter().filter(shown) {
-        match panels.iter_mut().find(|panel| panel[0].is_comparable(row)) {
-            Some(panel) => panel.push(row),
-            None => panels.push(vec![row]),
+    let mut cases: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|row| row.metric == Metric::Trace && !row.case.starts_with(GROWTH)) {
+        if !cases.contains(&row.case.as_str()) {
+            cases.push(&row.case);
         }
     }
-    let height: f64 = 60.0 + panels.iter().map(|panel| 34.0 + BAR * panel.len() as f64).sum::<f64>();
-    let mut svg = String::new();
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        svg,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"10\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n<text x=\"12\" y=\"24\" font-size=\"15\">{}</text>",
-        LEFT + WIDTH + 90.0,
-        escaped(title)
-    );
-    let mut y = 50.0;
-    for mut panel in panels {
+    let panel = |case: &str, kind: Kind| {
+        let shown = |row: &&Row| {
+            let single = row.mode == Some(Mode::Single) && row.threads == 1;
+            single && row.rays == Some(kind) && row.case == case
+        };
+        let mut panel: Vec<&Row> = rows.iter().filter(shown).collect();
         panel.sort_by(|a, b| b.median.total_cmp(&a.median));
-        let kind = panel[0].rays.map_or("", |kind| kind.name());
-        let heading = format!("{}, {kind}: million rays per second, one thread", panel[0].case);
-        let _ = writeln!(svg, "<text x=\"12\" y=\"{y:.1}\" font-weight=\"bold\">{}</text>", escaped(&heading));
-        let most = panel.iter().map(|row| row.max).fold(f64::MIN_POSITIVE, f64::max);
-        y += 6.0;
-        for row in panel {
-            bar(&mut svg, row, y, WIDTH / most);
-            y += BAR;
+        panel
+    };
+    let column = LEFT + WIDTH + RIGHT;
+    let (mut body, mut y) = (String::new(), 64.0);
+    for case in cases {
+        let panels = KINDS.map(|kind| (kind, panel(case, kind)));
+        for (at, (kind, panel)) in panels.iter().enumerate() {
+            draw(&mut body, &format!("{case}, {}", kind.name()), panel, at as f64 * column + 10.0, y);
         }
-        y += 28.0;
+        y += HEAD + BAR * panels.iter().map(|(_, panel)| panel.len()).max().unwrap_or(0) as f64;
     }
-    svg.push_str("</svg>\n");
-    svg
+    let width = column * KINDS.len() as f64 + 20.0;
+    let title = escaped(title);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {y:.0}\" width=\"{width:.0}\" height=\"{y:.0}\" \
+         font-family=\"sans-serif\" font-size=\"10\">\n{STYLE}\n<rect class=\"ground\" width=\"100%\" height=\"100%\"/>\n\
+         <text x=\"12\" y=\"24\" font-size=\"15\">{title}</text>\n\
+         <text x=\"12\" y=\"42\">million rays per second, single calls, one thread: median and range of the rounds; \
+         red: kinetree, blue: others that are watertight, grey: others that are not</text>\n{body}</svg>\n"
+    )
 }
 
-fn bar(svg: &mut String, row: &Row, y: f64, scale: f64) {
-    let color = match (row.is_ours(), row.robust) {
-        (true, _) => "#d1495b",
-        (false, true) => "#7a9cc6",
-        (false, false) => "#b6bec9",
+fn draw(svg: &mut String, heading: &str, panel: &[&Row], x: f64, y: f64) {
+    if panel.is_empty() {
+        return;
+    }
+    // Writing to a string cannot fail.
+    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-weight=\"bold\">{}</text>", escaped(heading));
+    let most = panel.iter().map(|row| row.max).fold(f64::MIN_POSITIVE, f64::max);
+    for (at, row) in panel.iter().enumerate() {
+        bar(svg, row, x + LEFT, y + 6.0 + BAR * at as f64, WIDTH / most);
+    }
+}
+
+fn bar(svg: &mut String, row: &Row, x: f64, y: f64, scale: f64) {
+    let class = match (row.is_ours(), row.robust) {
+        (true, _) => "ours",
+        (false, true) => "robust",
+        (false, false) => "other",
     };
     let (middle, name) = (y + BAR * 0.5, escaped(&row.engine));
     let [median, min, max] = [row.median, row.min, row.max].map(|value| value * scale);
     let _ = writeln!(
         svg,
         "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{name}</text>\
-         <rect x=\"{LEFT}\" y=\"{:.1}\" width=\"{median:.1}\" height=\"{:.1}\" fill=\"{color}\"/>\
-         <path d=\"M{:.1} {middle:.1}H{:.1}\" stroke=\"#222222\"/>\
+         <rect class=\"{class}\" x=\"{x:.1}\" y=\"{:.1}\" width=\"{median:.1}\" height=\"{:.1}\"/>\
+         <path class=\"range\" d=\"M{:.1} {middle:.1}H{:.1}\"/>\
          <text x=\"{:.1}\" y=\"{:.1}\">{:.2}</text>",
-        LEFT - 6.0,
+        x - 6.0,
         middle + 3.5,
         y + 1.5,
         BAR - 3.0,
-        LEFT + min,
-        LEFT + max,
-        LEFT + max + 5.0,
+        x + min,
+        x + max,
+        x + max + 5.0,
         middle + 3.5,
         row.median
     );
@@ -87,7 +113,7 @@ mod tests {
     fn every_engine_has_a_bar_and_names_are_escaped() {
         let rows = [example("kinetree", Class::Fast, true, &[0.5]), example("a<b", Class::Fast, false, &[1.0])];
         let svg = chart(&rows, "x & y");
-        assert_eq!(svg.matches("<rect x=").count(), 2);
+        assert_eq!(svg.matches(" x=\"160.0\" y=").count(), 2, "{svg}");
         assert!(svg.contains("a&lt;b") && svg.contains("x &amp; y") && !svg.contains("a<b"));
         assert_eq!(svg.matches("<svg").count(), svg.matches("</svg>").count());
         let width = |name: &str| {
@@ -96,5 +122,14 @@ mod tests {
             start[..start.find('"').unwrap()].parse::<f64>().unwrap()
         };
         assert!((width("kinetree") - WIDTH).abs() < 0.1 && (width("a&lt;b") - WIDTH / 2.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn text_and_ground_are_told_apart_in_light_and_in_dark() {
+        let (light, dark) = STYLE.split_once("@media").unwrap();
+        for style in [light, dark] {
+            assert!(style.contains("text { fill") && style.contains(".ground { fill"));
+        }
+        assert!(!chart(&[], "").contains("NaN"));
     }
 }

@@ -1,13 +1,14 @@
 //! One measured row.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::{Class, Mode};
-use crate::measure::statistics::{Ratio, Spread};
+use crate::measure::clock::Took;
+use crate::measure::statistics::{Logs, Spread};
 use crate::rays::Kind;
 
 /// What was measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Metric {
     /// Rays through a tree.
@@ -25,8 +26,60 @@ pub(crate) enum Metric {
     PeakMemory,
 }
 
+/// What numbers mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Unit {
+    /// Million rays per second.
+    #[serde(rename = "Mrays/s")]
+    Rays,
+    /// Milliseconds.
+    #[serde(rename = "ms")]
+    Time,
+    /// Bytes per triangle.
+    #[serde(rename = "bytes/triangle")]
+    Bytes,
+}
+
+impl Unit {
+    /// As written in tables and results.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Rays => "Mrays/s",
+            Self::Time => "ms",
+            Self::Bytes => "bytes/triangle",
+        }
+    }
+
+    /// What so many seconds for so many rays are.
+    fn of_seconds(self, seconds: f64, rays: usize) -> f64 {
+        match self {
+            Self::Rays => rays as f64 / seconds.max(1e-9) / 1e6,
+            Self::Time | Self::Bytes => seconds * 1e3,
+        }
+    }
+}
+
+/// How many answers of an engine were not those of the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Differ {
+    /// Everywhere.
+    pub(crate) all: usize,
+    /// Of those, not at the edge of a triangle.
+    pub(crate) elsewhere: usize,
+}
+
+/// Work per ray, where an engine counts it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PerRay {
+    pub(crate) nodes: f64,
+    pub(crate) blocks: f64,
+    pub(crate) triangles: f64,
+    /// Of 64 bytes.
+    pub(crate) lines: f64,
+}
+
 /// One engine, one thing measured, on one case.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Row {
     /// The case.
     pub(crate) case: String,
@@ -43,21 +96,57 @@ pub(crate) struct Row {
     /// How many threads worked.
     pub(crate) threads: usize,
     /// Of the numbers that follow.
-    pub(crate) unit: &'static str,
-    /// Over the rounds, by the time of processors for one thread, by the wall for several.
+    pub(crate) unit: Unit,
+    /// Over all rounds, by the time of processors for one thread, by the wall for several.
     pub(crate) median: f64,
     /// The least.
     pub(crate) min: f64,
     /// The greatest.
     pub(crate) max: f64,
-    /// The median by the wall, whatever the others are by.
-    pub(crate) wall: f64,
     /// What the tree was built for.
-    #[serde(skip)]
     pub(crate) class: Class,
-    /// Seconds, round by round.
-    #[serde(skip)]
-    pub(crate) times: Vec<f64>,
+    /// How many rays a round traces.
+    pub(crate) count: usize,
+    /// Seconds, by process and round.
+    pub(crate) times: Vec<Vec<f64>>,
+    /// The same by the wall, whatever the others are by.
+    pub(crate) walls: Vec<Vec<f64>>,
+    /// Of rays.
+    pub(crate) differ: Option<Differ>,
+    /// Of rays.
+    pub(crate) work: Option<PerRay>,
+}
+
+/// What readers of results are given of a row.
+#[derive(Serialize)]
+struct Published<'a> {
+    case: &'a str,
+    engine: &'a str,
+    metric: Metric,
+    rays: Option<Kind>,
+    mode: Option<Mode>,
+    robust: bool,
+    threads: usize,
+    unit: Unit,
+    median: f64,
+    min: f64,
+    max: f64,
+}
+
+impl<'a> Published<'a> {
+    fn of(row: &'a Row) -> Self {
+        let &Row { ref case, ref engine, metric, rays, mode, robust, threads, unit, median, min, max, .. } = row;
+        Self { case, engine, metric, rays, mode, robust, threads, unit, median, min, max }
+    }
+}
+
+/// All rows as a JSON array.
+///
+/// # Errors
+/// Those of the serializer; rows have nothing that it refuses.
+pub(crate) fn json(rows: &[Row]) -> Result<String, serde_json::Error> {
+    let rows: Vec<Published<'_>> = rows.iter().map(Published::of).collect();
+    serde_json::to_string_pretty(&rows)
 }
 
 impl Row {
@@ -66,13 +155,43 @@ impl Row {
         self.engine.starts_with("kinetree")
     }
 
-    /// Fills the numbers: `value` makes one of seconds.
-    pub(crate) fn with_times(mut self, times: Vec<f64>, walls: &[f64], value: impl Fn(f64) -> f64) -> Option<Self> {
-        let spread = Spread::of(&times.iter().map(|time| value(*time)).collect::<Vec<_>>())?;
-        self.wall = value(Spread::of(walls)?.median);
+    /// Fills in what the rounds of this process took; nothing comes of no rounds.
+    pub(crate) fn with_times(mut self, times: &[Took]) -> Option<Self> {
+        let walls: Vec<f64> = times.iter().map(|took| took.wall).collect();
+        let processor = times.iter().map(|took| took.processor).collect();
+        self.times = vec![if self.threads == 1 { processor } else { walls.clone() }];
+        self.walls = vec![walls];
+        self.sum_up().then_some(self)
+    }
+
+    /// Adds the rounds of process number `process` of the same row.
+    pub(crate) fn join(&mut self, other: Self, process: usize) {
+        self.times.resize(process, Vec::new());
+        self.walls.resize(process, Vec::new());
+        self.times.extend(other.times);
+        self.walls.extend(other.walls);
+        self.sum_up();
+    }
+
+    /// Whether there is anything to sum up.
+    fn sum_up(&mut self) -> bool {
+        let seconds = self.times.iter().flatten();
+        let Some(spread) = Spread::of(seconds.map(|time| self.unit.of_seconds(*time, self.count))) else {
+            return false;
+        };
         (self.median, self.min, self.max) = (spread.median, spread.min, spread.max);
-        self.times = times;
-        Some(self)
+        true
+    }
+
+    /// The middle of all rounds, seconds.
+    pub(crate) fn seconds(&self) -> f64 {
+        Spread::of(self.times.iter().flatten().copied()).map_or(f64::INFINITY, |spread| spread.median)
+    }
+
+    /// Whether both are the same row, of different processes.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let key = |row: &Self| (row.metric, row.rays, row.mode, row.robust, row.threads);
+        (&self.case, &self.engine) == (&other.case, &other.engine) && key(self) == key(other)
     }
 
     /// Whether both are about the same question, and may stand side by side.
@@ -95,14 +214,13 @@ impl Row {
         rays_without_batches && same
     }
 
-    /// How it does against the fastest of those that `who` picks among comparable engines of others: its name, and the ratio.
-    pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a str, Ratio)> {
+    /// How it does against the fastest of those that `who` picks among comparable engines of others: its row, and the paired ratio.
+    pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, Logs)> {
         let others = rows.iter().filter(|row| {
             !row.is_ours() && !row.times.is_empty() && (self.is_comparable(row) || self.is_substitute(row)) && who(row)
         });
-        let time = |row: &Self| Spread::of(&row.times).map_or(f64::INFINITY, |spread| spread.median);
-        let best = others.min_by(|a, b| time(a).total_cmp(&time(b)))?;
-        Some((best.engine.as_str(), Ratio::of_times(&self.times, &best.times)?))
+        let best = others.min_by(|a, b| a.seconds().total_cmp(&b.seconds()))?;
+        Some((best, Logs::of_times(&self.times, &best.times)))
     }
 }
 
@@ -116,15 +234,19 @@ pub(crate) fn example(engine: &str, class: Class, robust: bool, times: &[f64]) -
         mode: Some(Mode::Single),
         robust,
         threads: 1,
-        unit: "Mrays/s",
+        unit: Unit::Rays,
         median: 0.0,
         min: 0.0,
         max: 0.0,
-        wall: 0.0,
         class,
+        count: 1_000_000,
         times: Vec::new(),
+        walls: Vec::new(),
+        differ: None,
+        work: None,
     };
-    row.with_times(times.to_vec(), times, |time| 1.0 / time).expect("there are times")
+    let times: Vec<Took> = times.iter().map(|time| Took { wall: *time, processor: *time }).collect();
+    row.with_times(&times).expect("there are times")
 }
 
 #[cfg(test)]
@@ -133,9 +255,10 @@ mod tests {
 
     #[test]
     fn a_row_has_the_fields_that_readers_of_results_rely_on() {
-        let json = serde_json::to_value([example("kinetree", Class::Fast, true, &[0.5, 0.25, 1.0])]).unwrap();
-        let row = &json[0];
-        for (field, value) in [
+        let text = json(&[example("kinetree", Class::Fast, true, &[0.5, 0.25, 1.0])]).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let row = &value[0];
+        let wanted = [
             ("case", serde_json::json!("race")),
             ("engine", serde_json::json!("kinetree")),
             ("metric", serde_json::json!("trace")),
@@ -147,9 +270,11 @@ mod tests {
             ("median", serde_json::json!(2.0)),
             ("min", serde_json::json!(1.0)),
             ("max", serde_json::json!(4.0)),
-        ] {
-            assert_eq!(row[field], value, "{field}");
+        ];
+        for (field, value) in &wanted {
+            assert_eq!(row[field], *value, "{field}");
         }
+        assert_eq!(row.as_object().unwrap().len(), wanted.len());
     }
 
     #[test]
@@ -162,10 +287,14 @@ mod tests {
             example("kinetree fast", Class::Fast, false, &[0.1, 0.1]),
             example("slow", Class::Fast, true, &[9.0]),
         ];
-        let (name, ratio) = ours.against(&rows, |_| true).unwrap();
-        assert_eq!((name, ratio.mean), ("embree medium", 1.5));
-        let (name, ratio) = ours.against(&rows, |row| ours.is_rival(row)).unwrap();
-        assert_eq!((name, ratio.mean), ("embree medium robust", 2.0));
+        let against = |who: &dyn Fn(&Row) -> bool| {
+            let (best, logs) = ours.against(&rows, who).unwrap();
+            (best.engine.as_str(), logs.ratio().unwrap().mean)
+        };
+        let (name, ratio) = against(&|_| true);
+        assert!(name == "embree medium" && (ratio - 1.5).abs() < 1e-9);
+        let (name, ratio) = against(&|row| ours.is_rival(row));
+        assert!(name == "embree medium robust" && (ratio - 2.0).abs() < 1e-9);
     }
 
     #[test]
@@ -176,5 +305,13 @@ mod tests {
             let other = Row { rays: Some(rays), ..example("embree", Class::Fast, true, &[2.0]) };
             assert_eq!(ours.against(&[other], |_| true).is_some(), found);
         }
+    }
+
+    #[test]
+    fn rounds_of_a_process_that_missed_a_row_do_not_shift_the_others() {
+        let mut row = example("kinetree", Class::Fast, true, &[1.0]);
+        row.join(example("kinetree", Class::Fast, true, &[3.0, 5.0]), 2);
+        assert_eq!(row.times, [vec![1.0], vec![], vec![3.0, 5.0]]);
+        assert_eq!((row.median, row.max), (1.0 / 3.0, 1.0));
     }
 }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use super::verdict::show;
 use super::{Metric, Row};
-use crate::measure::statistics::{Ratio, geometric_mean};
 
 /// Every row, the fastest of each question first; ours with their ratios to the best of the others.
 pub(crate) fn table(rows: &[Row]) -> String {
@@ -43,8 +43,9 @@ fn head(text: &mut String, row: &Row) {
     };
     let how = if row.mode.is_some_and(|mode| mode != crate::engine::Mode::Single) { ", many at once" } else { "" };
     let threads = if row.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", row.threads) };
+    let rays = if row.count > 0 { format!(" | {} rays", row.count) } else { String::new() };
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "\n{} | {what}{how} | {threads} | {}", row.case, row.unit);
+    let _ = writeln!(text, "\n{} | {what}{how} | {threads} | {}{rays}", row.case, row.unit.name());
 }
 
 fn line(text: &mut String, row: &Row, rows: &[Row]) {
@@ -52,12 +53,21 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
     let spread = format!("{:.3} to {:.3}", row.min, row.max);
     let _ = write!(text, "  {:<28} {robust:<10} {:>10.3}  {spread:<22}", row.engine, row.median);
     if row.is_ours() {
-        if let Some((name, ratio)) = row.against(rows, |other| row.is_rival(other)) {
-            let _ = write!(text, " {} of {name} (like)", times(ratio));
+        let like = row.against(rows, |other| row.is_rival(other));
+        let best = row.against(rows, |_| true);
+        for (other, which) in [(like, "like"), (best, "best")] {
+            if let Some((name, ratio)) = other.and_then(|(other, logs)| Some((&other.engine, logs.ratio()?))) {
+                let _ = write!(text, " {} of {name} ({which})", show(ratio));
+            }
         }
-        if let Some((name, ratio)) = row.against(rows, |_| true) {
-            let _ = write!(text, " {} of {name} (best)", times(ratio));
-        }
+    }
+    if let Some(work) = &row.work {
+        let super::PerRay { nodes, blocks, triangles, lines } = work;
+        let _ =
+            write!(text, "  {nodes:.1} nodes, {blocks:.1} blocks, {triangles:.1} triangles, {lines:.0} lines a ray");
+    }
+    if let Some(differ) = row.differ.filter(|differ| differ.all > 0) {
+        let _ = write!(text, "  {} answers differ, {} not at edges", differ.all, differ.elsewhere);
     }
     while text.ends_with(' ') {
         text.pop();
@@ -65,63 +75,28 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
     text.push('\n');
 }
 
-fn times(ratio: Ratio) -> String {
-    format!("{:.2}x [{:.2}]", ratio.mean, ratio.lower)
-}
-
-/// Geometric means over the cases of the ratios of ours to the best others: the table that goals are stated in.
-pub(crate) fn means(rows: &[Row]) -> String {
-    let mut text = String::from("\ngeometric means over the cases: ours over the best of its like | of all\n");
-    let mut seen: Vec<&Row> = Vec::new();
-    for row in rows.iter().filter(|row| row.is_ours() && !row.times.is_empty()) {
-        let key = |row: &Row| (row.engine.clone(), row.metric, row.rays, row.mode, row.threads);
-        if seen.iter().any(|other| key(other) == key(row)) {
-            continue;
-        }
-        seen.push(row);
-        let alike = |other: &&Row| key(other) == key(row);
-        let mean = |who: &dyn Fn(&Row, &Row) -> bool| {
-            let ratios = rows.iter().filter(alike).filter_map(|ours| ours.against(rows, |other| who(ours, other)));
-            geometric_mean(&ratios.map(|(_, ratio)| ratio.mean).collect::<Vec<_>>())
-        };
-        let show = |mean: Option<f64>| mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.2}x"));
-        let what = row.rays.map_or_else(|| format!("{:?}", row.metric).to_lowercase(), |kind| kind.name().to_owned());
-        let mode = row.mode.map_or_else(String::new, |mode| format!("{mode:?}").to_lowercase());
-        let (like, all) = (mean(&|ours, other| ours.is_rival(other)), mean(&|_, _| true));
-        let _ = writeln!(
-            text,
-            "  {:<16} {what:<17} {mode:<7} {} threads  {:>7} | {:>7}",
-            row.engine,
-            row.threads,
-            show(like),
-            show(all)
-        );
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::row::example;
+    use super::super::row::{Differ, example};
     use super::*;
     use crate::engine::Class;
 
     #[test]
     fn ours_stands_with_its_ratios_and_the_fastest_stands_first() {
+        let differ = Some(Differ { all: 7, elsewhere: 3 });
         let rows = [
-            example("embree medium", Class::Fast, false, &[0.5, 0.5]),
+            Row { differ, ..example("embree medium", Class::Fast, false, &[0.5, 0.5]) },
             example("kinetree", Class::Fast, true, &[0.25, 0.25]),
             example("embree medium robust", Class::Fast, true, &[1.0, 1.0]),
         ];
         let text = table(&rows);
         let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("  ")).collect();
         assert!(
-            lines[0].contains("kinetree") && lines[0].contains("4.00x [4.00] of embree medium robust (like)"),
+            lines[0].contains("kinetree") && lines[0].contains("4.00x [4.00, 4.00] of embree medium robust (like)"),
             "{text}"
         );
-        assert!(lines[0].contains("2.00x [2.00] of embree medium (best)"), "{text}");
+        assert!(lines[0].contains("2.00x [2.00, 2.00] of embree medium (best)"), "{text}");
+        assert!(lines[1].contains("7 answers differ, 3 not at edges"), "{text}");
         assert!(lines[2].contains("embree medium robust"));
-        let text = means(&rows);
-        assert!(text.contains("4.00x |   2.00x"), "{text}");
     }
 }

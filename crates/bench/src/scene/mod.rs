@@ -8,10 +8,11 @@ mod terrain;
 use std::path::Path;
 
 use glam::Vec3;
-use kinetree_render::World;
+use kinetree_render::{World, default_camera};
 use serde::Deserialize;
 
 use crate::Failure;
+use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
 /// Which scene a case is about.
@@ -68,6 +69,43 @@ impl Eye {
     }
 }
 
+/// Rays along a side of the picture that tells how much is seen.
+const LOOKS: usize = 24;
+/// This part of the picture should show something.
+const SEEN: f32 = 0.6;
+/// How often it is looked closer, and how much each time.
+const STEPS: usize = 16;
+const CLOSER: f32 = 0.8;
+
+impl Scenery {
+    /// Narrows the angle of view until most of the picture shows something, or as far as that helps: rays that leave the scene at once measure nothing.
+    pub(crate) fn look_closer(&mut self, trace: &dyn Fn(&Soup, &[Ray]) -> Vec<Answer>) {
+        let seen = |eye: &Eye| {
+            let rays = first_rays(eye);
+            trace(&self.soup, &rays).iter().filter(|answer| answer.is_hit()).count() as f32 / rays.len() as f32
+        };
+        let mut best = (seen(&self.eye), self.eye);
+        let mut eye = self.eye;
+        for _ in 0..STEPS {
+            if best.0 >= SEEN {
+                break;
+            }
+            eye = Eye { right: eye.right * CLOSER, up: eye.up * CLOSER, ..eye };
+            let part = seen(&eye);
+            if part > best.0 {
+                best = (part, eye);
+            }
+        }
+        self.eye = best.1;
+    }
+}
+
+fn first_rays(eye: &Eye) -> Vec<Ray> {
+    let place = |i: usize| (2 * i + 1) as f32 / LOOKS as f32 - 1.0;
+    let pixels = (0..LOOKS * LOOKS).map(|at| (place(at % LOOKS), place(at / LOOKS)));
+    pixels.map(|(x, y)| Ray::new(eye.position, (eye.forward + eye.right * x - eye.up * y).normalize())).collect()
+}
+
 impl SceneChoice {
     /// Makes or loads the scene.
     ///
@@ -96,12 +134,14 @@ fn framed(soup: Soup) -> Scenery {
     Scenery { eye: Eye::frame(&soup), soup }
 }
 
-/// A world at a moment, seen by its first camera, or framed when it has none.
+/// A world at a moment, seen by its first camera, or by one that shows most of it when it has none.
 fn of_world(mut world: World, time: f64) -> Result<Scenery, Failure> {
-    let view = world.frame(time)?.view;
-    let soup = Soup::flatten(&view);
-    let Some(source) = world.cameras.first().cloned() else { return Ok(framed(soup)) };
-    let camera = world.camera(&source)?;
+    let frame = world.frame(time)?;
+    let soup = Soup::flatten(&frame.view);
+    let camera = match world.cameras.first().cloned() {
+        Some(source) => world.camera(&source)?,
+        None => default_camera(&frame, 1.0),
+    };
     let position = Vec3::from(camera.position());
     let forward = -Vec3::from(camera.world_from_camera.z_axis);
     if !(position.is_finite() && forward.is_finite() && camera.fov_y.is_finite()) {
@@ -132,5 +172,18 @@ mod tests {
             let in_range = |vertex: &u32| (*vertex as usize) < one.soup.positions.len();
             assert!(one.soup.triangles.iter().flatten().all(in_range));
         }
+    }
+
+    #[test]
+    fn who_sees_little_looks_closer() {
+        let mut scenery = SceneChoice::Pile { seed: 3, triangles: 20_000 }.open().unwrap();
+        let reference = crate::engine::ours::Reference::of(&scenery.soup).unwrap();
+        let far = scenery.eye.right.length();
+        scenery.eye = Eye { right: scenery.eye.right * 4.0, up: scenery.eye.up * 4.0, ..scenery.eye };
+        scenery.look_closer(&|soup, rays| reference.closest(soup, rays));
+        assert!(scenery.eye.right.length() < 4.0 * far);
+        let seen = reference.closest(&scenery.soup, &first_rays(&scenery.eye));
+        let hits = seen.iter().filter(|answer| answer.is_hit()).count();
+        assert!(hits as f32 >= SEEN * seen.len() as f32, "{hits}");
     }
 }

@@ -11,7 +11,8 @@ mod closest;
 mod hit;
 mod occluded;
 mod options;
-mod sort;
+#[doc(hidden)]
+pub mod sort;
 
 pub use candidate::Candidate;
 pub use hit::Hit;

@@ -13,10 +13,10 @@ const LEAST_RAYS: usize = 4096;
 const LEAST_TREE: usize = 8 << 20;
 
 /// How many rays are sorted together. What is needed for it stays in the second cache, and large batches need no large buffers.
-pub(crate) const BLOCK: usize = 1 << 18;
+pub const BLOCK: usize = 1 << 18;
 
 /// How many rays are fetched together: they stay in the first cache.
-pub(crate) const FETCHED: usize = 256;
+pub const FETCHED: usize = 256;
 
 /// Rays that are traced to see how dear they are.
 const SAMPLES: usize = 64;
@@ -38,18 +38,18 @@ pub(crate) fn is_worth_while(world: &TwoLevel, rays: &[Ray], sampled: impl Fn(&R
 
 /// A ray's key in the upper half, its number in the lower half.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Place(u64);
+pub struct Place(u64);
 
 impl Place {
     /// Number of the ray.
     #[inline(always)]
-    pub(crate) fn ray(self) -> usize {
+    pub fn ray(self) -> usize {
         self.0 as u32 as usize
     }
 }
 
 /// Sorts rays, block by block, in the same memory.
-pub(crate) struct Sorter {
+pub struct Sorter {
     bounds: Aabb,
     places: Vec<Place>,
     spare: Vec<Place>,
@@ -57,12 +57,12 @@ pub(crate) struct Sorter {
 
 impl Sorter {
     /// For rays in a scene within these bounds.
-    pub(crate) fn new(bounds: Aabb) -> Self {
+    pub fn new(bounds: Aabb) -> Self {
         Self { bounds, places: Vec::new(), spare: Vec::new() }
     }
 
     /// In which order the rays are best traced. There are at most [`BLOCK`].
-    pub(crate) fn order(&mut self, rays: &[Ray]) -> &[Place] {
+    pub fn order(&mut self, rays: &[Ray]) -> &[Place] {
         let Self { bounds, places, spare } = self;
         places.clear();
         places.extend(rays.iter().zip(0..).map(|(ray, number)| Place(u64::from(key(ray, bounds)) << 32 | number)));

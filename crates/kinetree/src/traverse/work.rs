@@ -29,6 +29,8 @@ pub struct Work {
     pub nodes: u64,
     /// Leaves reached.
     pub leaves: u64,
+    /// Blocks of triangles tested.
+    pub blocks: u64,
     /// Triangles tested.
     pub triangles: u64,
     /// Instances entered.
@@ -52,6 +54,12 @@ impl Tally for Work {
     }
 
     #[inline]
+    fn block(&mut self, triangles: u32) {
+        self.blocks += 1;
+        self.triangles += u64::from(triangles);
+    }
+
+    #[inline]
     fn instance(&mut self) {
         self.instances += 1;
     }
@@ -61,6 +69,7 @@ impl AddAssign for Work {
     fn add_assign(&mut self, more: Self) {
         self.nodes += more.nodes;
         self.leaves += more.leaves;
+        self.blocks += more.blocks;
         self.triangles += more.triangles;
         self.instances += more.instances;
     }
@@ -68,7 +77,7 @@ impl AddAssign for Work {
 
 impl fmt::Display for Work {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { nodes, leaves, triangles, instances } = self;
-        write!(f, "{nodes} nodes, {leaves} leaves, {triangles} triangles, {instances} instances")
+        let Self { nodes, leaves, blocks, triangles, instances } = self;
+        write!(f, "{nodes} nodes, {leaves} leaves, {blocks} blocks, {triangles} triangles, {instances} instances")
     }
 }

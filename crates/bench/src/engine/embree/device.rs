@@ -48,7 +48,13 @@ unsafe impl Sync for Device {}
 impl Device {
     /// With so many threads for builds.
     pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Self, Failure> {
-        let settings = CString::new(format!("threads={threads},verbose=0"))?;
+        Self::with_messages(api, threads, false)
+    }
+
+    /// The same; it may tell on the standard output what its trees are like.
+    pub(super) fn with_messages(api: &Arc<Api>, threads: usize, messages: bool) -> Result<Self, Failure> {
+        let verbose = if messages { 2 } else { 0 };
+        let settings = CString::new(format!("threads={threads},verbose={verbose}"))?;
         // SAFETY: the text ends with a zero and is copied.
         let handle = unsafe { (api.new_device)(settings.as_ptr()) };
         if handle.is_null() {
@@ -64,6 +70,13 @@ impl Device {
         // SAFETY: the device is alive, and the box of its count outlives it.
         unsafe { (api.set_memory_monitor)(handle, Some(monitor), memory.cast_mut().cast()) };
         Ok(device)
+    }
+
+    /// Such as `4.4.1`.
+    pub(super) fn version(&self) -> String {
+        // SAFETY: the device is alive.
+        let version = unsafe { (self.api.device_property)(self.handle, VERSION) };
+        format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
     }
 
     /// The error of the latest calls, if there was one.

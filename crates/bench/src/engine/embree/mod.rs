@@ -7,7 +7,9 @@ mod api;
 mod denormals;
 mod device;
 mod packets;
+mod said;
 mod scene;
+mod sorted;
 
 use std::sync::Arc;
 
@@ -18,25 +20,26 @@ use super::{Class, Crew, Engine, Prepared, Refit};
 use crate::Failure;
 use crate::soup::Soup;
 
-/// Every setting that is compared.
+/// Every setting that is compared, and the version of the library.
 ///
 /// # Errors
 /// The library is not there, or not the one that is needed.
-pub(crate) fn variants() -> Result<Vec<Box<dyn Engine>>, Failure> {
+pub(crate) fn variants() -> Result<(Vec<Box<dyn Engine>>, String), Failure> {
     let api = Arc::new(Api::open()?);
     // Asks for its version, and finds a processor that it cannot run on before anything is measured.
-    Device::new(&api, 1)?;
+    let version = Device::new(&api, 1)?.version();
     let (fast, robust) = (SceneFlags::NONE, SceneFlags::ROBUST);
     let variant = |name, class, quality, flags| -> Box<dyn Engine> {
         Box::new(Embree { api: Arc::clone(&api), name, class, quality, flags })
     };
-    Ok(vec![
+    let variants = vec![
         variant("embree low", Class::Fastest, BuildQuality::LOW, fast),
         variant("embree medium", Class::Fast, BuildQuality::MEDIUM, fast),
         variant("embree high", Class::Best, BuildQuality::HIGH, fast),
         variant("embree medium robust", Class::Fast, BuildQuality::MEDIUM, robust),
         variant("embree high robust", Class::Best, BuildQuality::HIGH, robust),
-    ])
+    ];
+    Ok((variants, version))
 }
 
 struct Embree {

@@ -2,12 +2,16 @@
 
 use std::sync::Arc;
 
+use kinetree::Aabb;
+
 use super::api::{
-    Api, Arguments, BufferType, BuildQuality, Format, GeometryType, INVALID, RtcRay, RtcRayHit, SceneFlags,
+    Api, Arguments, BufferType, BuildQuality, Format, GeometryType, Handle, INVALID, RtcRay, RtcRayHit, SceneFlags,
 };
 use super::denormals::NoDenormals;
 use super::device::Device;
 use super::packets::Packets;
+use super::said;
+use super::sorted::Sorted;
 use crate::Failure;
 use crate::engine::{Batch, Crew, Facts, Prepared, Refit, Tree};
 use crate::ray::{Answer, Ray};
@@ -17,6 +21,7 @@ use crate::soup::Soup;
 struct Buffers {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
+    bounds: Aabb,
 }
 
 impl Buffers {
@@ -24,14 +29,14 @@ impl Buffers {
         let mut positions = Vec::with_capacity(soup.positions.len() + 1);
         positions.extend_from_slice(&soup.positions);
         positions.push([0.0; 3]);
-        Self { positions, triangles: soup.triangles.clone() }
+        Self { positions, triangles: soup.triangles.clone(), bounds: soup.bounds() }
     }
 }
 
 /// A scene with one geometry. Fields are dropped in this order: what is read last goes last.
 struct OneMesh {
-    scene: super::api::Handle,
-    geometry: super::api::Handle,
+    scene: Handle,
+    geometry: Handle,
     device: Device,
     buffers: Arc<Buffers>,
 }
@@ -122,12 +127,23 @@ impl Prepared for Ready {
         let (bytes, peak) = mesh.device.memory.now_and_most();
         let api = &mesh.device.api;
         let packets = (Packets::x8(api, mesh.scene), Packets::x16(api, mesh.scene));
-        Ok(Box::new(Traced { packets, mesh, bytes, peak }))
+        let sorted = Sorted { api: Arc::clone(api), scene: mesh.scene, bounds: mesh.buffers.bounds };
+        Ok(Box::new(Traced { packets, sorted, mesh, bytes, peak }))
+    }
+
+    fn judge(&mut self, crew: &Crew) -> Option<f32> {
+        let build = || -> Result<(), Failure> {
+            let device = Device::with_messages(&self.api, crew.threads, true)?;
+            OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?.commit()
+        };
+        let (built, text) = said::said(build)?;
+        built.ok().and_then(|()| said::cost(&text))
     }
 }
 
 struct Traced {
     packets: (Packets<8>, Packets<16>),
+    sorted: Sorted,
     mesh: OneMesh,
     bytes: usize,
     peak: usize,
@@ -139,42 +155,52 @@ fn theirs(ray: &Ray) -> RtcRay {
     RtcRay { origin, t_near: 0.0, direction, time: 0.0, t_far: t_max, mask: u32::MAX, id: 0, flags: 0 }
 }
 
+/// The nearest hits in a committed scene, one call per ray.
+pub(super) fn closest(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [Answer]) {
+    let _quiet = NoDenormals::begin();
+    let intersect = api.intersect1;
+    let no_arguments: *mut Arguments = std::ptr::null_mut();
+    for (ray, slot) in rays.iter().zip(answers) {
+        let mut query = RtcRayHit {
+            ray: theirs(ray),
+            normal: [0.0; 3],
+            u: 0.0,
+            v: 0.0,
+            primitive: INVALID,
+            geometry: INVALID,
+            instances: [INVALID; 5],
+        };
+        // SAFETY: the scene is committed, the ray has the layout and alignment of `RTCRayHit`, and null asks for the default arguments.
+        unsafe { intersect(scene, (&raw mut query).cast(), no_arguments) };
+        let RtcRayHit { u, v, primitive, geometry: mesh, .. } = query;
+        *slot = if mesh == INVALID { Answer::MISS } else { Answer { t: query.ray.t_far, u, v, primitive, mesh } };
+    }
+}
+
+/// Whether there is any hit in a committed scene, one call per ray.
+pub(super) fn occluded(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [bool]) {
+    let _quiet = NoDenormals::begin();
+    let occluded = api.occluded1;
+    for (ray, slot) in rays.iter().zip(answers) {
+        let mut query = theirs(ray);
+        // SAFETY: as in `closest`; the ray has the layout and alignment of `RTCRay`.
+        unsafe { occluded(scene, (&raw mut query).cast(), std::ptr::null_mut()) };
+        // What it hits, it marks by a distance of minus infinity.
+        *slot = query.t_far < 0.0;
+    }
+}
+
 impl Tree for Traced {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
-        let _quiet = NoDenormals::begin();
-        let (intersect, scene) = (self.mesh.device.api.intersect1, self.mesh.scene);
-        let no_arguments: *mut Arguments = std::ptr::null_mut();
-        for (ray, slot) in rays.iter().zip(answers) {
-            let mut query = RtcRayHit {
-                ray: theirs(ray),
-                normal: [0.0; 3],
-                u: 0.0,
-                v: 0.0,
-                primitive: INVALID,
-                geometry: INVALID,
-                instances: [INVALID; 5],
-            };
-            // SAFETY: the scene is committed, the ray has the layout and alignment of `RTCRayHit`, and null asks for the default arguments.
-            unsafe { intersect(scene, (&raw mut query).cast(), no_arguments) };
-            let RtcRayHit { u, v, primitive, geometry: mesh, .. } = query;
-            *slot = if mesh == INVALID { Answer::MISS } else { Answer { t: query.ray.t_far, u, v, primitive, mesh } };
-        }
+        closest(&self.mesh.device.api, self.mesh.scene, rays, answers);
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
-        let _quiet = NoDenormals::begin();
-        let (occluded, scene) = (self.mesh.device.api.occluded1, self.mesh.scene);
-        for (ray, slot) in rays.iter().zip(answers) {
-            let mut query = theirs(ray);
-            // SAFETY: as in `closest`; the ray has the layout and alignment of `RTCRay`.
-            unsafe { occluded(scene, (&raw mut query).cast(), std::ptr::null_mut()) };
-            // What it hits, it marks by a distance of minus infinity.
-            *slot = query.t_far < 0.0;
-        }
+        occluded(&self.mesh.device.api, self.mesh.scene, rays, answers);
     }
 
     fn batches(&self) -> Vec<&dyn Batch> {
-        vec![&self.packets.0, &self.packets.1]
+        vec![&self.packets.0, &self.packets.1, &self.sorted]
     }
 
     fn facts(&self) -> Facts {

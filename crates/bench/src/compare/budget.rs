@@ -1,0 +1,54 @@
+//! The time that a quick run may take, and how it is shared out: by what has been measured so far, not by guesses.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// A quick run is to be over by then: five minutes, less what the last part may take too long.
+const QUICK: Duration = Duration::from_secs(255);
+
+/// What is left, and how fast engines build.
+pub(crate) struct Budget {
+    ends: Option<Instant>,
+    /// Seconds per triangle, the slowest so far.
+    pace: BTreeMap<String, f64>,
+}
+
+impl Budget {
+    /// For a quick run, or without end.
+    pub(crate) fn new(quick: bool) -> Self {
+        Self { ends: quick.then(|| Instant::now() + QUICK), pace: BTreeMap::new() }
+    }
+
+    /// Seconds for a part that weighs as much as `weight` of `all` that is still to come; infinite without end.
+    pub(crate) fn share(&self, weight: f64, all: f64) -> f64 {
+        let left = |ends: Instant| ends.saturating_duration_since(Instant::now()).as_secs_f64();
+        self.ends.map_or(f64::INFINITY, |ends| left(ends) * weight / all.max(weight))
+    }
+
+    /// An engine has built so many triangles in so many seconds.
+    pub(crate) fn learn(&mut self, engine: &str, triangles: usize, seconds: f64) {
+        let pace = self.pace.entry(engine.to_owned()).or_default();
+        *pace = pace.max(seconds / triangles.max(1) as f64);
+    }
+
+    /// How long a build is going to take, seconds; nothing, where nothing is known.
+    pub(crate) fn expects(&self, engine: &str, triangles: usize) -> f64 {
+        self.pace.get(engine).map_or(0.0, |pace| pace * triangles as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_shared_by_weight_and_builds_are_foreseen() {
+        let mut budget = Budget::new(true);
+        let (third, all) = (budget.share(1.0, 3.0), budget.share(3.0, 3.0));
+        assert!((84.0..=85.0).contains(&third) && (254.0..=255.0).contains(&all), "{third} {all}");
+        assert_eq!(Budget::new(false).share(1.0, 9.0), f64::INFINITY);
+        budget.learn("slow", 1000, 2.0);
+        budget.learn("slow", 1000, 1.0);
+        assert_eq!((budget.expects("slow", 3000), budget.expects("other", 3000)), (6.0, 0.0));
+    }
+}

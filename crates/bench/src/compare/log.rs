@@ -1,0 +1,31 @@
+//! What a run says, kept for the file.
+
+use std::time::Instant;
+
+/// Prints lines, and keeps them.
+pub(crate) struct Log {
+    /// All lines so far.
+    pub(crate) text: String,
+    since: Instant,
+}
+
+impl Default for Log {
+    fn default() -> Self {
+        Self { text: String::new(), since: Instant::now() }
+    }
+}
+
+impl Log {
+    /// Prints a line, and keeps it.
+    pub(crate) fn say(&mut self, line: &str) {
+        println!("{line}");
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    /// Says how long a part took, since the last one.
+    pub(crate) fn took(&mut self, part: &str) {
+        self.say(&format!("  [{part}: {:.1} s]", self.since.elapsed().as_secs_f64()));
+        self.since = Instant::now();
+    }
+}

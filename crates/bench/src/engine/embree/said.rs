@@ -1,0 +1,73 @@
+//! What Embree says about its trees. Only its messages tell the cost by its own formula, so they are caught on their way out.
+
+use std::io::{Read, Seek, Write};
+use std::os::fd::AsRawFd;
+
+/// Runs a job, and gives what the process writes to its standard output meanwhile. `None` when the system does not play along.
+pub(super) fn said<R>(job: impl FnOnce() -> R) -> Option<(R, String)> {
+    let path = std::env::temp_dir().join(format!("kinetree-bench-{}", std::process::id()));
+    let mut file = std::fs::File::options().read(true).write(true).create(true).truncate(true).open(&path).ok()?;
+    std::fs::remove_file(&path).ok()?;
+    std::io::stdout().flush().ok()?;
+    let elsewhere = Elsewhere::begin(file.as_raw_fd())?;
+    let result = job();
+    drop(elsewhere);
+    let mut text = String::new();
+    file.rewind().ok()?;
+    file.read_to_string(&mut text).ok()?;
+    Some((result, text))
+}
+
+/// As long as it lives, the standard output leads elsewhere.
+struct Elsewhere(i32);
+
+impl Elsewhere {
+    fn begin(to: i32) -> Option<Self> {
+        flush();
+        // SAFETY: both calls take numbers of open files and touch no memory.
+        let before = unsafe { libc::dup(libc::STDOUT_FILENO) };
+        if before < 0 {
+            return None;
+        }
+        let this = Self(before);
+        // SAFETY: as above.
+        (unsafe { libc::dup2(to, libc::STDOUT_FILENO) } >= 0).then_some(this)
+    }
+}
+
+impl Drop for Elsewhere {
+    fn drop(&mut self) {
+        flush();
+        // SAFETY: the number is that of a file which only this one knows.
+        unsafe {
+            libc::dup2(self.0, libc::STDOUT_FILENO);
+            libc::close(self.0);
+        }
+    }
+}
+
+/// What the C library has not written yet.
+fn flush() {
+    // SAFETY: null means all streams of the C library, which locks them itself.
+    unsafe { libc::fflush(std::ptr::null_mut()) };
+}
+
+/// The expected cost of a ray, from the message about a finished tree: `total : sah = 24.954 (100.00%), ...`.
+pub(super) fn cost(text: &str) -> Option<f32> {
+    let line = text.lines().find(|line| line.trim_start().starts_with("total") && line.contains("sah ="))?;
+    line.split("sah =").nth(1)?.split_whitespace().next()?.parse().ok().filter(|cost: &f32| cost.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cost_is_found_in_the_message() {
+        let text =
+            "finished BVH8<triangle4>\n  total            : sah =  24.954 (100.00%), #bytes = 1\n  leaves : sah = 6.7";
+        assert_eq!(cost(text), Some(24.954));
+        assert_eq!(cost("  total : used = 1.5 MB"), None);
+        assert_eq!(cost("  total : sah = nan (1%)"), None);
+    }
+}

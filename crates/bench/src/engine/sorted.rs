@@ -1,0 +1,60 @@
+//! Another engine's single calls on rays in our order: what sorting is worth by itself. The sort, the fetching and the putting away are part of it.
+
+use kinetree::Aabb;
+use kinetree::query::sort::{BLOCK, FETCHED, Sorter};
+
+use crate::ray::{Answer, Ray};
+
+/// Sorts rays of a scene within these bounds block by block, and has them traced some at a time, as our own batches are.
+pub(crate) fn in_our_order<A: Copy>(
+    bounds: Aabb,
+    rays: &[Ray],
+    answers: &mut [A],
+    nothing: A,
+    trace: impl Fn(&[Ray], &mut [A]),
+) {
+    let mut sorter = Sorter::new(bounds);
+    let ours = |ray: &Ray| kinetree::Ray::new(ray.origin, ray.direction).with_range(0.0, ray.t_max);
+    let (mut block, mut gathered, mut answered) = (Vec::new(), Vec::new(), Vec::new());
+    for (rays, answers) in rays.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
+        block.clear();
+        block.extend(rays.iter().map(ours));
+        for places in sorter.order(&block).chunks(FETCHED) {
+            gathered.clear();
+            gathered.extend(places.iter().map(|place| rays[place.ray()]));
+            answered.clear();
+            answered.resize(places.len(), nothing);
+            trace(&gathered, &mut answered);
+            for (place, answer) in places.iter().zip(&answered) {
+                answers[place.ray()] = *answer;
+            }
+        }
+    }
+}
+
+/// The nearest hits.
+pub(crate) fn closest(bounds: Aabb, rays: &[Ray], answers: &mut [Answer], trace: impl Fn(&[Ray], &mut [Answer])) {
+    in_our_order(bounds, rays, answers, Answer::MISS, trace);
+}
+
+/// Whether there are any.
+pub(crate) fn occluded(bounds: Aabb, rays: &[Ray], answers: &mut [bool], trace: impl Fn(&[Ray], &mut [bool])) {
+    in_our_order(bounds, rays, answers, false, trace);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn every_ray_gets_its_own_answer() {
+        let rays: Vec<Ray> = (0..1000).map(|i| Ray::new(Vec3::splat((i * 37 % 1000) as f32), Vec3::X)).collect();
+        let mut answers = vec![Answer::MISS; rays.len()];
+        closest(Aabb::new([0.0; 3], [1000.0; 3]), &rays, &mut answers, |rays, answers| {
+            assert!(rays.len() <= FETCHED);
+            rays.iter().zip(answers).for_each(|(ray, answer)| answer.t = ray.origin[0]);
+        });
+        assert!(rays.iter().zip(&answers).all(|(ray, answer)| answer.t == ray.origin[0]));
+    }
+}

@@ -1,0 +1,215 @@
+//! Numbers that are made of several rows: quality that was traced, scaling, time to image, growth.
+
+use std::collections::BTreeMap;
+
+use super::verdict::Found;
+use super::{GROWTH, Metric, Record, Row};
+use crate::engine::Mode;
+use crate::measure::statistics::{Logs, Spread};
+use crate::rays::Kind;
+
+/// The rays that stand for what a picture needs.
+const MIX: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
+
+/// The middle of each process; 0 where there is none.
+fn medians(times: &[Vec<f64>]) -> Vec<f64> {
+    times.iter().map(|rounds| Spread::of(rounds.iter().copied()).map_or(0.0, |spread| spread.median)).collect()
+}
+
+/// One number for each process that both have.
+fn both(one: &[f64], other: &[f64], number: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    one.iter().zip(other).map(|(one, other)| number(*one, *other)).collect()
+}
+
+impl Record {
+    pub(super) fn build(&self, case: &str, engine: &str, threads: usize) -> Option<&Row> {
+        self.rows.iter().find(|row| {
+            row.metric == Metric::Build && row.case == case && row.engine == engine && row.threads == threads
+        })
+    }
+
+    pub(super) fn single(&self, case: &str, engine: &str, kind: Kind, threads: usize) -> Option<&Row> {
+        self.rows.iter().find(|row| {
+            row.rays == Some(kind)
+                && row.mode == Some(Mode::Single)
+                && row.threads == threads
+                && row.case == case
+                && row.engine == engine
+        })
+    }
+
+    /// Of each process, nanoseconds per ray of the mix.
+    fn mixed(&self, case: &str, engine: &str) -> Option<Vec<f64>> {
+        let each = |kind: Kind| {
+            let row = self.single(case, engine, kind, 1)?;
+            Some(medians(&row.times).iter().map(|time| time / row.count.max(1) as f64 * 1e9).collect::<Vec<f64>>())
+        };
+        let [a, b, c] = MIX.map(each);
+        Some(both(&both(&a?, &b?, |a, b| a + b), &c?, |ab, c| (ab + c) / MIX.len() as f64))
+    }
+
+    /// How much faster rays get through one tree than through another, over the mix.
+    pub(super) fn traced(&self, case: &str, ours: &str, theirs: &str) -> Option<Logs> {
+        Some(Logs::of_processes(both(&self.mixed(case, theirs)?, &self.mixed(case, ours)?, |theirs, ours| {
+            theirs / ours
+        })))
+    }
+
+    /// How many times faster several threads are than one, by the wall, for each process.
+    fn scaling(one: &Row, several: &Row) -> Vec<f64> {
+        both(&medians(&one.walls), &medians(&several.walls), |one, several| one / several)
+    }
+
+    /// Our scaling over theirs, for builds or for a kind of rays, in every case that has both.
+    pub(super) fn scalings(&self, rays: Option<Kind>, (ours, theirs): (&str, &str)) -> Vec<Found> {
+        let row = |case: &str, engine: &str, threads| match rays {
+            None => self.build(case, engine, threads),
+            Some(kind) => self.single(case, engine, kind, threads),
+        };
+        let most = self.rows.iter().map(|row| row.threads).max().unwrap_or(1);
+        let of = |case: &str, engine: &str| {
+            (most > 1).then_some(())?;
+            Some(Self::scaling(row(case, engine, 1)?, row(case, engine, most)?))
+        };
+        let find = |case: &String| {
+            let (ours, others) = (of(case, ours)?, of(case, theirs)?);
+            let middle = |numbers: &[f64]| Spread::of(numbers.iter().copied()).map_or(0.0, |spread| spread.median);
+            let note = format!("{:.2} from 1 to {most} threads, {theirs} {:.2}", middle(&ours), middle(&others));
+            let logs = Logs::of_processes(both(&ours, &others, |ours, theirs| ours / theirs));
+            Some(Found { case: case.clone(), note, logs })
+        };
+        self.cases().iter().filter_map(find).collect()
+    }
+
+    /// The time to an image of `each` rays per triangle, tree included: the best setting of ours against the best of the others.
+    pub(super) fn images(&self, each: f64, robust: bool) -> Vec<Found> {
+        let time = |case: &str, engine: &str| {
+            let build = self.build(case, base(engine), 1)?;
+            let triangles = self.tree(case, base(engine))?.triangles as f64;
+            let rays = self.mixed(case, engine)?;
+            Some(both(&medians(&build.times), &rays, |build, ray| build + each * triangles * ray * 1e-9))
+        };
+        let find = |case: &String| {
+            let singles = self.rows.iter().filter(|row| {
+                let single = row.rays == Some(MIX[0]) && row.mode == Some(Mode::Single) && row.threads == 1;
+                single && row.case == *case && (!row.is_ours() || row.robust == robust)
+            });
+            let mut best: BTreeMap<bool, (f64, &str, Vec<f64>)> = BTreeMap::new();
+            for row in singles {
+                let Some(times) = time(case, &row.engine) else { continue };
+                let total = times.iter().sum::<f64>();
+                if best.get(&row.is_ours()).is_none_or(|(least, ..)| total < *least) {
+                    best.insert(row.is_ours(), (total, &row.engine, times));
+                }
+            }
+            let ((_, name, ours), (_, other, theirs)) = (best.get(&true)?, best.get(&false)?);
+            let logs = Logs::of_processes(both(theirs, ours, |theirs, ours| theirs / ours));
+            Some(Found { case: case.clone(), note: format!("{name} over {other}"), logs })
+        };
+        self.cases().iter().filter_map(find).collect()
+    }
+
+    /// How much the time of building per triangle, over the depth of a tree of fours, grows from the smallest to the largest of the series.
+    pub(super) fn growth(&self, engine: &str) -> Option<Found> {
+        let mut series: Vec<(usize, Vec<f64>)> = Vec::new();
+        for row in
+            self.rows.iter().filter(|row| row.metric == Metric::Build && row.threads == 1 && row.engine == engine)
+        {
+            if row.case.starts_with(GROWTH) {
+                let triangles = self.tree(&row.case, engine)?.triangles;
+                series.push((triangles, medians(&row.times)));
+            }
+        }
+        let (first, last) = (series.first()?, series.last()?);
+        let each = |triangles: usize, time: f64| time / triangles as f64 / (triangles as f64 / 4.0).log2();
+        let grown = both(&first.1, &last.1, |small, large| each(last.0, large) / each(first.0, small));
+        let per_triangle = |(triangles, times): &(usize, Vec<f64>)| {
+            let median = Spread::of(times.iter().copied()).map_or(0.0, |spread| spread.median);
+            format!("{:.0}", median / *triangles as f64 * 1e9)
+        };
+        let numbers: Vec<String> = series.iter().map(per_triangle).collect();
+        let note = format!("{} ns per triangle, from {} to {} triangles", numbers.join(" / "), first.0, last.0);
+        (series.len() > 1).then(|| Found { case: engine.to_owned(), note, logs: Logs::of_processes(grown) })
+    }
+
+    /// All that were measured, in order.
+    pub(super) fn cases(&self) -> Vec<String> {
+        let mut cases: Vec<String> = Vec::new();
+        for row in self.rows.iter().filter(|row| !row.case.starts_with(GROWTH)) {
+            if !cases.contains(&row.case) {
+                cases.push(row.case.clone());
+            }
+        }
+        cases
+    }
+}
+
+/// The engine whose build is the same: how triangles are tested does not change the tree.
+pub(super) fn base(engine: &str) -> &str {
+    let start = engine.strip_suffix(crate::engine::ours::LOOSE).or_else(|| engine.strip_suffix(" robust"));
+    start.unwrap_or(engine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::example;
+    use super::super::{TreeNote, Unit};
+    use super::*;
+    use crate::engine::Class;
+
+    fn tree(case: &str, engine: &str, triangles: usize) -> TreeNote {
+        let (case, engine) = (case.to_owned(), engine.to_owned());
+        TreeNote { case, engine, triangles, bytes: 1, cost: None, overlap: None }
+    }
+
+    fn built(case: &str, engine: &str, seconds: f64) -> Row {
+        let row = example(engine, Class::Fast, true, &[seconds]);
+        Row { case: case.into(), metric: Metric::Build, rays: None, mode: None, unit: Unit::Time, ..row }
+    }
+
+    #[test]
+    fn growth_is_one_when_time_follows_the_depth() {
+        let mut record = Record::default();
+        for triangles in [10_000_usize, 100_000, 4_000_000] {
+            let case = format!("{GROWTH}{triangles}");
+            let time = 3e-9 * triangles as f64 * (triangles as f64 / 4.0).log2();
+            record.trees.push(tree(&case, "kinetree fast", triangles));
+            record.rows.push(built(&case, "kinetree fast", time));
+        }
+        let growth = record.growth("kinetree fast").unwrap();
+        assert!((growth.logs.ratio().unwrap().mean - 1.0).abs() < 1e-9, "{}", growth.note);
+        assert!(record.growth("other").is_none());
+    }
+
+    #[test]
+    fn few_rays_want_a_quick_build_and_many_a_good_tree() {
+        let mut record = Record::default();
+        for (engine, build, ray) in [("kinetree fastest", 1.0, 4.0), ("kinetree best", 10.0, 1.0), ("embree", 3.0, 3.0)]
+        {
+            record.trees.push(tree("race", engine, 1_000_000));
+            record.rows.push(built("race", engine, build));
+            for kind in MIX {
+                // A million rays.
+                record.rows.push(Row { rays: Some(kind), ..example(engine, Class::Fast, true, &[ray]) });
+            }
+        }
+        for (each, ours, ratio) in [(1.0, "kinetree fastest", 6.0 / 5.0), (10.0, "kinetree best", 33.0 / 20.0)] {
+            let found = &record.images(each, true)[0];
+            assert!(found.note.starts_with(ours) && found.note.ends_with("embree"), "{}", found.note);
+            assert!((found.logs.ratio().unwrap().mean - ratio).abs() < 1e-9);
+        }
+        assert!(record.images(1.0, false).is_empty());
+    }
+
+    #[test]
+    fn scaling_is_held_against_that_of_others() {
+        let mut record = Record::default();
+        for (engine, threads, seconds) in
+            [("kinetree", 1, 4.0), ("kinetree", 2, 2.0), ("embree", 1, 3.0), ("embree", 2, 2.0)]
+        {
+            record.rows.push(Row { threads, ..built("race", engine, seconds) });
+        }
+        let found = &record.scalings(None, ("kinetree", "embree"))[0];
+        assert!((found.logs.ratio().unwrap().mean - 2.0 / 1.5).abs() < 1e-9, "{}", found.note);
+    }
+}

@@ -1,0 +1,102 @@
+//! Everything that a run has measured: what processes hand to the one that started them.
+
+use serde::{Deserialize, Serialize};
+
+use super::Row;
+
+/// What is known about a tree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct TreeNote {
+    /// The case.
+    pub(crate) case: String,
+    /// Whose.
+    pub(crate) engine: String,
+    /// Of the scene.
+    pub(crate) triangles: usize,
+    /// Held by the finished tree.
+    pub(crate) bytes: usize,
+    /// See [`Facts::cost`](crate::engine::Facts::cost).
+    pub(crate) cost: Option<f32>,
+    /// Summed area of the common boxes of siblings over the root's.
+    pub(crate) overlap: Option<f32>,
+}
+
+impl TreeNote {
+    /// For a list.
+    pub(crate) fn sentence(&self) -> String {
+        let number = |number: Option<f32>| number.map_or_else(|| "-".to_owned(), |number| format!("{number:.3}"));
+        let each = self.bytes as f64 / self.triangles.max(1) as f64;
+        let binary = if self.engine.starts_with("tinybvh") { " (of the binary tree that it begins with)" } else { "" };
+        let (cost, overlap) = (number(self.cost), number(self.overlap));
+        format!("{:<28} its tree: {each:.1} bytes/triangle, cost {cost}, overlap {overlap}{binary}", self.engine)
+    }
+}
+
+/// All that was measured, and whether ours gave the right answers.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Record {
+    /// In the order in which they were measured.
+    pub(crate) rows: Vec<Row>,
+    /// One for each engine and case.
+    pub(crate) trees: Vec<TreeNote>,
+    /// Whether an answer of ours was wrong.
+    pub(crate) ours_wrong: bool,
+    /// Whether an answer of anybody was wrong, edges of triangles apart.
+    pub(crate) somebody_differs: bool,
+    /// What was said meanwhile.
+    pub(crate) text: String,
+}
+
+impl Record {
+    /// Adds what process number `process` has measured.
+    pub(crate) fn join(&mut self, other: Self, process: usize) {
+        for row in other.rows {
+            match self.rows.iter_mut().find(|ours| ours.is_same(&row)) {
+                Some(ours) => ours.join(row, process),
+                None => {
+                    let mut row = row;
+                    row.times.splice(0..0, vec![Vec::new(); process]);
+                    row.walls.splice(0..0, vec![Vec::new(); process]);
+                    self.rows.push(row);
+                }
+            }
+        }
+        for tree in other.trees {
+            if !self.trees.iter().any(|ours| (&ours.case, &ours.engine) == (&tree.case, &tree.engine)) {
+                self.trees.push(tree);
+            }
+        }
+        self.ours_wrong |= other.ours_wrong;
+        self.somebody_differs |= other.somebody_differs;
+        if self.text.is_empty() {
+            self.text = other.text;
+        }
+    }
+
+    /// The tree of an engine in a case.
+    pub(crate) fn tree(&self, case: &str, engine: &str) -> Option<&TreeNote> {
+        self.trees.iter().find(|tree| tree.case == case && tree.engine == engine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::example;
+    use super::*;
+    use crate::engine::Class;
+
+    #[test]
+    fn processes_are_joined_row_by_row_and_survive_the_way_between_them() {
+        let run =
+            |times: &[f64]| Record { rows: vec![example("kinetree", Class::Fast, true, times)], ..Record::default() };
+        let mut all = Record::default();
+        for (process, times) in [[1.0, 2.0], [3.0, 4.0]].iter().enumerate() {
+            let text = serde_json::to_string(&run(times)).unwrap();
+            all.join(serde_json::from_str(&text).unwrap(), process);
+        }
+        assert_eq!(all.rows.len(), 1);
+        assert_eq!(all.rows[0].times, [[1.0, 2.0], [3.0, 4.0]]);
+        all.join(Record { rows: vec![example("late", Class::Fast, true, &[5.0])], ..Record::default() }, 2);
+        assert_eq!(all.rows[1].times, [vec![], vec![], vec![5.0]]);
+    }
+}

@@ -1,0 +1,143 @@
+//! One goal: what was found about it case by case, and whether it is reached.
+
+use std::fmt::Write as _;
+
+use crate::measure::statistics::{Logs, Ratio};
+
+/// The cases whose geometric mean counts.
+pub(crate) const COUNTED: [&str; 5] =
+    ["race_black_forest", "kitchen_country", "stanford_bunny", "teapot_in_stadium_a", "race"];
+
+/// What has to be reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Bar {
+    /// The lower bound must reach the first number; the second is hoped for.
+    AtLeast(f64, f64),
+    /// The upper bound must not pass the first number; the second is hoped for.
+    AtMost(f64, f64),
+    /// For comparison only.
+    Shown,
+}
+
+/// What was found in one case.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    /// The case.
+    pub(crate) case: String,
+    /// Which engine of others is meant, and what else there is to say.
+    pub(crate) note: String,
+    /// The ratio.
+    pub(crate) logs: Logs,
+}
+
+/// A goal, and what was found.
+#[derive(Debug, Clone)]
+pub(crate) struct Verdict {
+    /// What is compared.
+    pub(crate) what: String,
+    /// What has to be reached.
+    pub(crate) bar: Bar,
+    /// Case by case.
+    pub(crate) found: Vec<Found>,
+    /// Whether each case counts for itself, instead of the mean over those that are counted.
+    pub(crate) alone: bool,
+}
+
+impl Verdict {
+    /// Whether the bar is reached; `None` when nothing was measured that counts.
+    fn reached(&self, ratio: Option<Ratio>) -> Option<bool> {
+        let ratio = ratio?;
+        let (lower, upper) = ratio.bounds.unwrap_or((ratio.mean, ratio.mean));
+        match self.bar {
+            Bar::AtLeast(must, _) => Some(lower >= must),
+            Bar::AtMost(must, _) => Some(upper <= must),
+            Bar::Shown => None,
+        }
+    }
+
+    /// Some lines.
+    pub(crate) fn write(&self, text: &mut String) {
+        let (must, aim) = match self.bar {
+            Bar::AtLeast(must, aim) => (format!("must {must:.2}"), format!(", aim {aim:.2}")),
+            Bar::AtMost(must, aim) => (format!("at most {must:.2}"), format!(", aim {aim:.2}")),
+            Bar::Shown => (String::from("for comparison"), String::new()),
+        };
+        let counted: Vec<&Found> = self.found.iter().filter(|found| COUNTED.contains(&found.case.as_str())).collect();
+        let mean = if self.alone {
+            None
+        } else {
+            Logs::mean_of(&counted.iter().map(|found| &found.logs).collect::<Vec<_>>()).ratio()
+        };
+        let reached = if self.alone {
+            let all: Vec<bool> = self.found.iter().filter_map(|found| self.reached(found.logs.ratio())).collect();
+            (!all.is_empty()).then(|| all.iter().all(|reached| *reached))
+        } else {
+            self.reached(mean)
+        };
+        let verdict = match (reached, self.found.is_empty()) {
+            (Some(true), _) => "reached",
+            (Some(false), _) => "SHORT",
+            (None, true) => "not measured",
+            (None, false) => "",
+        };
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{} ({must}{aim}) {verdict}", self.what);
+        if let Some(mean) = mean {
+            let _ = writeln!(
+                text,
+                "    {:<22} {}  over {} of {} scenes",
+                "GEOMETRIC MEAN",
+                show(mean),
+                counted.len(),
+                COUNTED.len()
+            );
+        }
+        for found in &self.found {
+            let counts = self.alone || COUNTED.contains(&found.case.as_str());
+            let Some(ratio) = found.logs.ratio() else { continue };
+            let aside = if counts { "" } else { "  (not counted)" };
+            let _ = writeln!(text, "    {:<22} {}  {}{aside}", found.case, show(ratio), found.note);
+        }
+    }
+}
+
+/// Such as `1.10x [1.08, 1.12]`.
+pub(crate) fn show(ratio: Ratio) -> String {
+    let bounds = ratio.bounds.map_or_else(|| "[-]".to_owned(), |(lower, upper)| format!("[{lower:.2}, {upper:.2}]"));
+    format!("{:.2}x {bounds}", ratio.mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(bar: Bar, ratios: [f64; 3], alone: bool) -> String {
+        let cases = ["race", "kitchen_country", "other"];
+        let found = |(case, ratio): (&str, f64)| Found {
+            case: case.to_owned(),
+            note: "of somebody".to_owned(),
+            logs: Logs::of_processes([ratio * 0.999, ratio, ratio * 1.001]),
+        };
+        let found = cases.into_iter().zip(ratios).map(found).collect();
+        let mut text = String::new();
+        Verdict { what: "rays".into(), bar, found, alone }.write(&mut text);
+        text
+    }
+
+    #[test]
+    fn the_mean_over_counted_cases_decides_and_others_are_shown() {
+        let text = verdict(Bar::AtLeast(1.1, 1.3), [1.0, 1.44, 0.1], false);
+        assert!(text.contains("reached") && text.contains("1.20x") && text.contains("(not counted)"), "{text}");
+        assert!(verdict(Bar::AtLeast(1.1, 1.3), [1.0, 1.2, 9.0], false).contains("SHORT"));
+        assert!(verdict(Bar::AtLeast(1.1, 1.3), [1.2, 1.2, 1.0], true).contains("SHORT"));
+        assert!(verdict(Bar::AtMost(1.3, 1.1), [1.2, 1.2, 9.0], false).contains("reached"));
+    }
+
+    #[test]
+    fn the_bound_counts_and_not_the_mean() {
+        let found = vec![Found { case: "race".into(), note: String::new(), logs: Logs::of_processes([1.0, 1.1, 1.3]) }];
+        let mut text = String::new();
+        Verdict { what: "rays".into(), bar: Bar::AtLeast(1.1, 1.3), found, alone: false }.write(&mut text);
+        assert!(text.contains("SHORT") && text.contains("1.13x"), "{text}");
+    }
+}
