@@ -48,7 +48,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Job {
     /// Measures all engines on the built-in scenes and on those given
-    Compare(compare::Options),
+    Compare(Box<compare::Options>),
     /// Downloads Embree (through pip) and unpacks it where `compare` finds it
     FetchPeers,
     /// Lists the engines that can be measured here

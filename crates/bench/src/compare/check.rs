@@ -116,8 +116,8 @@ fn entrant_answers(
         "  {:<28} {} of {} answers differ, {} of them at edges",
         entrant.name, total.all, total.rays, total.at_edges
     ));
-    // One example of others is enough.
-    let shown = if ours { notes.len() } else { notes.len().min(1) };
+    // Examples are enough.
+    let shown = notes.len().min(if ours { 3 } else { 1 });
     notes[..shown].iter().for_each(|note| log.say(note));
     checked.somebody_differs |= total.elsewhere() > 0;
     checked.ours_wrong |= ours && total.elsewhere() > 0;

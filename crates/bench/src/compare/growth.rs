@@ -5,7 +5,6 @@ use super::{Log, Plan, builds, check, field, traces};
 use crate::Failure;
 use crate::case::Case;
 use crate::engine::{Class, Engine, ours};
-use crate::measure::rounds::Rounds;
 use crate::ray::Ray;
 use crate::rays::{self, Kind};
 use crate::report::{self, Record};
@@ -30,6 +29,7 @@ pub(crate) fn run(
         .filter(|engine| leading(engine.name()) && engine.class() != Class::Best)
         .collect();
     let from = record.rows.len();
+    let plan = &Plan { threads: 1, ..*plan };
     let sizes: &[usize] = if plan.quick { &QUICK } else { &FULL };
     for (at, &triangles) in sizes.iter().enumerate() {
         let case = case(triangles, plan);
@@ -46,10 +46,7 @@ pub(crate) fn run(
         let rows = &mut record.rows;
         traces::run(&case, plan, &sets, &field, &checked.disagreements, seconds * 0.25, log, rows);
         drop(field);
-        // Small ones are over before the clock has settled, and large ones have settled by themselves.
-        let rounds = Rounds { full: plan.builds.full.min(if triangles > 500_000 { 5 } else { 9 }), ..plan.builds };
-        let plan = Plan { builds: rounds, threads: 1, ..*plan };
-        builds::run(&case.name, &plan, &wanted, soup, (&*budget, seconds * 0.25), log, rows)?;
+        builds::run(&case.name, plan, &wanted, soup, (&*budget, seconds * 0.25), log, rows)?;
     }
     log.say(&report::table(&record.rows[from..]));
     Ok(())

@@ -16,7 +16,7 @@ mod obvhs;
 pub(crate) mod ours;
 #[cfg(feature = "parry3d")]
 mod parry;
-#[cfg(feature = "embree")]
+#[cfg(all(feature = "embree", unix))]
 mod sorted;
 #[cfg(all(feature = "tinybvh", target_arch = "x86_64"))]
 mod tinybvh;

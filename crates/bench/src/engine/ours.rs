@@ -53,6 +53,10 @@ impl Engine for Kinetree {
         self.robust
     }
 
+    fn shares_builds(&self) -> bool {
+        !self.robust
+    }
+
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
         Ok(Box::new(Ready { mesh: self.mesh(soup)?, scene: None }))
     }

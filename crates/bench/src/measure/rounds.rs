@@ -15,7 +15,7 @@ pub(crate) struct Rounds {
     pub(crate) warm_up: bool,
 }
 
-/// Who takes so many times as long as the fastest is far behind.
+/// Who takes so many times as much work of processors as the fastest is far behind.
 const FAR_BEHIND: f64 = 6.0;
 
 /// Runs `count` contenders round by round; each round begins with another one. The first round tells who is far behind; where one round of
@@ -23,14 +23,14 @@ const FAR_BEHIND: f64 = 6.0;
 /// of each contender, round by round.
 pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -> Option<Took>) -> Vec<Vec<Took>> {
     let first: Vec<Option<Took>> = (0..count).map(&mut run).collect();
-    let fastest = first.iter().flatten().map(|took| took.wall).fold(f64::INFINITY, f64::min);
+    let fastest = first.iter().flatten().map(|took| took.processor).fold(f64::INFINITY, f64::min);
     let rounds = within_time(rounds, &first, fastest);
     let mut times = vec![Vec::new(); count];
     let mut turns = vec![0; count];
     for (contender, took) in first.into_iter().enumerate() {
         let Some(took) = took else { continue };
-        let wanted = if took.wall <= fastest * FAR_BEHIND { rounds.full } else { rounds.behind };
-        let counts = !rounds.warm_up || wanted <= 1 && took.wall > fastest * FAR_BEHIND;
+        let wanted = if took.processor <= fastest * FAR_BEHIND { rounds.full } else { rounds.behind };
+        let counts = !rounds.warm_up || wanted <= 1 && took.processor > fastest * FAR_BEHIND;
         if counts {
             times[contender].push(took);
         }
@@ -54,9 +54,9 @@ pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -
 
 /// As many rounds as there is time for, after the first: one at least.
 fn within_time(rounds: Rounds, first: &[Option<Took>], fastest: f64) -> Rounds {
-    let walls = || first.iter().flatten().map(|took| took.wall);
-    let near = |wall: &f64| *wall <= fastest * FAR_BEHIND;
-    let (all, round): (f64, f64) = (walls().sum(), walls().filter(near).sum());
+    let all: f64 = first.iter().flatten().map(|took| took.wall).sum();
+    let near = first.iter().flatten().filter(|took| took.processor <= fastest * FAR_BEHIND);
+    let round: f64 = near.map(|took| took.wall).sum();
     let left = (rounds.seconds - all).max(0.0);
     let affordable = if round > 0.0 { (left / round).min(1e6) as usize } else { usize::MAX };
     let full = rounds.full.min(affordable.max(1));

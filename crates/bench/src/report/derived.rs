@@ -84,8 +84,8 @@ impl Record {
     /// The time to an image of `each` rays per triangle, tree included: the best setting of ours against the best of the others.
     pub(super) fn images(&self, each: f64, robust: bool) -> Vec<Found> {
         let time = |case: &str, engine: &str| {
-            let build = self.build(case, base(engine), 1)?;
-            let triangles = self.tree(case, base(engine))?.triangles as f64;
+            let build = self.build(case, engine, 1).or_else(|| self.build(case, base(engine), 1))?;
+            let triangles = self.tree(case, engine)?.triangles as f64;
             let rays = self.mixed(case, engine)?;
             Some(both(&medians(&build.times), &rays, |build, ray| build + each * triangles * ray * 1e-9))
         };

@@ -8,17 +8,22 @@ use crate::measure::statistics::Logs;
 use crate::rays::Kind;
 
 /// Whose trees are compared: ours, and those of Embree and tinybvh that are their like.
-const CLASSES: [(Class, &str, &str, &str); 2] = [
-    (Class::Fast, "kinetree fast", "embree medium", "Fast trees / Embree MEDIUM, tinybvh plain and their like"),
-    (Class::Best, "kinetree best", "embree high", "Best trees / Embree HIGH, tinybvh HQ and their like"),
-];
+const CLASSES: [(Class, &str, &str, &str); 2] =
+    [(Class::Fast, "kinetree fast", "embree medium", "Fast"), (Class::Best, "kinetree best", "embree high", "Best")];
+
+const HEAD: &str = "
+== goals: how many times faster ours is than the best of the others, scene by scene, and the geometric mean
+
+Fast: our Fast trees against Embree MEDIUM, tinybvh's plain build and their like. Best: our Best trees against Embree HIGH, tinybvh HQ and their like.
+In brackets: the ratio is larger than the first with a chance of 95 %, and smaller than the second with the same. Rounds are paired; the bounds are
+Student's for the mean of logarithms: of the means of processes when there are several, else of rounds; [-] when it was measured once. The first must
+reach the bar.
+
+";
 
 /// A text with all goals.
 pub(crate) fn goals(record: &Record, second_cache: usize) -> String {
-    let mut text = String::from(
-        "\n== goals: ours over the best of the others; in brackets what it is larger and smaller than with a chance of 95 % each \
-         (Student's t on logarithms, of the means of processes when there are several, else of rounds); the first must reach the bar\n\n",
-    );
+    let mut text = String::from(HEAD);
     let mut all = Vec::new();
     for class in CLASSES {
         rays(record, class, &mut all);
@@ -64,7 +69,7 @@ fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Verdict
     let sets = [(Kind::Primary, 1.3), (Kind::Diffuse, 1.3), (Kind::Shadow, 1.5), (Kind::ShadowShort, 1.5)];
     let mut add = |kind: Kind, what: &str, bar, found| {
         all.push(Verdict {
-            what: format!("{}, single calls, {what}, {classes}", kind.name()),
+            what: format!("{classes} | {}, single calls, {what}", kind.name()),
             bar,
             found,
             alone: false,
@@ -98,7 +103,7 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
             same && row.class == class && !row.robust
         };
         let found = record.pairs(batch(Kind::Primary, robust), packet);
-        let what = format!("primary, coherent batch, {how} over Embree's best fast packets, {classes}");
+        let what = format!("{classes} | primary, coherent batch, {how} over Embree's best fast packets");
         all.push(Verdict { what, bar: Bar::AtLeast(0.9, 1.2), found, alone: false });
 
         let shuffled = |row: &Row| {
@@ -116,7 +121,7 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
             ("smaller trees", Bar::AtLeast(1.0, 1.2), small),
             ("beside it: over Embree on our sorted rays, the sort charged", Bar::Shown, beside),
         ] {
-            let what = format!("diffuse_shuffled, batch, {how}, {size}, {classes}");
+            let what = format!("{classes} | diffuse_shuffled, batch, {how}, {size}");
             all.push(Verdict { what, bar, found, alone: false });
         }
     }
@@ -144,7 +149,7 @@ fn thin(record: &Record, all: &mut Vec<Verdict>) {
                     number(bytes(engine))
                 );
             }
-            let what = format!("{}, long thin triangles, {how} over fast modes, Best trees", kind.name());
+            let what = format!("Best | {}, long thin triangles, {how} over fast modes", kind.name());
             all.push(Verdict { what, bar: Bar::AtLeast(1.4, 2.5), found, alone: true });
         }
     }
@@ -153,11 +158,13 @@ fn thin(record: &Record, all: &mut Vec<Verdict>) {
 /// What a found pair of builds is worth: how fast rays are in the trees that come out, and what the trees cost.
 fn quality(record: &Record, case: &str, ours: &str, theirs: &str) -> (Option<f64>, String) {
     let traced = record.traced(case, ours, theirs).and_then(|logs| logs.ratio()).map(|ratio| ratio.mean);
-    let cost = |engine: &str| record.tree(case, base(engine)).and_then(|tree| tree.cost);
-    let number = |cost: Option<f32>| cost.map_or_else(|| "-".to_owned(), |cost| format!("{cost:.2}"));
+    let cost =
+        |engine: &str| record.tree(case, base(engine)).filter(|tree| !tree.is_binary()).and_then(|tree| tree.cost);
     let shown = traced.map_or_else(|| "-".to_owned(), |traced| format!("{traced:.2}x"));
-    let text =
-        format!("rays {shown}, cost {} against {} by Embree's formula", number(cost(ours)), number(cost(theirs)));
+    let costs = cost(ours).zip(cost(theirs));
+    let costs = costs
+        .map_or_else(String::new, |(ours, theirs)| format!(", cost {ours:.2} against {theirs:.2} by Embree's formula"));
+    let text = format!("rays {shown}{costs}");
     (traced, text)
 }
 
@@ -269,13 +276,13 @@ mod tests {
             let at = text.find(start).unwrap_or_else(|| panic!("{start} in {text}"));
             text[at..].lines().skip(2).take(1).collect::<String>()
         };
-        let line = after("primary, single calls, watertight over fast modes, Fast");
+        let line = after("Fast | primary, single calls, watertight over fast modes");
         assert!(line.contains("1.25x [1.25, 1.25]  of tinybvh"), "{line}");
-        let line = after("primary, single calls, watertight over robust modes, Fast");
+        let line = after("Fast | primary, single calls, watertight over robust modes");
         assert!(line.contains("2.00x") && line.contains("embree medium robust"), "{line}");
-        let line = after("primary, single calls, watertight over fast modes, Best");
+        let line = after("Best | primary, single calls, watertight over fast modes");
         assert!(line.contains("2.00x") && line.contains("embree high"), "{line}");
-        assert!(text.contains("primary, single calls, Precision::Fast over fast modes, Fast"));
+        assert!(text.contains("Fast | primary, single calls, Precision::Fast over fast modes"));
         assert!(text.contains("not measured"));
     }
 }

@@ -22,11 +22,16 @@ pub(crate) struct TreeNote {
 }
 
 impl TreeNote {
+    /// Whether cost and overlap are those of a binary tree, by another formula than Embree's.
+    pub(crate) fn is_binary(&self) -> bool {
+        self.engine.starts_with("tinybvh")
+    }
+
     /// For a list.
     pub(crate) fn sentence(&self) -> String {
         let number = |number: Option<f32>| number.map_or_else(|| "-".to_owned(), |number| format!("{number:.3}"));
         let each = self.bytes as f64 / self.triangles.max(1) as f64;
-        let binary = if self.engine.starts_with("tinybvh") { " (of the binary tree that it begins with)" } else { "" };
+        let binary = if self.is_binary() { " (of the binary tree that it begins with)" } else { "" };
         let (cost, overlap) = (number(self.cost), number(self.overlap));
         format!("{:<28} its tree: {each:.1} bytes/triangle, cost {cost}, overlap {overlap}{binary}", self.engine)
     }
