@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release -p kinetree-bench -- fetch-peers
-//! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--quick] [--json FILE] [--svg FILE] [--results FOLDER]
+//! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--quick] [--processes 3] [--json FILE] [--results FOLDER]
 //! ```
 //!
 //! All engines are in one process. They get the same triangles and the same rays, made once per scene from a seed; their answers are compared
@@ -10,8 +10,8 @@
 //! it for all of them. One-thread times are those of the thread's processor clock, pinned to a core.
 //!
 //! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes sets of rays, `engine` holds the
-//! engines behind one trait, `agree` compares answers, `measure` has clocks and statistics, `compare` runs it all, `report` writes it
-//! down, `peers` fetches what is opened at run time.
+//! engines behind one trait, `agree` compares answers, `exact` is the reference in double precision, `measure` has clocks
+//! and statistics, `compare` runs it all, `report` writes it down, `peers` fetches what is opened at run time.
 
 mod agree;
 mod case;

@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::field::guarded;
 use super::{Log, Plan, QUICK_TRIANGLES};
 use crate::Failure;
-use crate::engine::{Crew, Engine, Prepared, Tree};
+use crate::engine::{Class, Crew, Engine, Prepared, Tree};
 use crate::measure::clock::{Stopwatch, Took, Whose};
 use crate::measure::memory::Held;
 use crate::measure::rounds::{Rounds, in_turn};
@@ -32,23 +32,32 @@ pub(crate) fn run(
         let mut chosen: Vec<&dyn Engine> = Vec::new();
         let wanted = engines.iter().copied().filter(|engine| !engine.shares_builds());
         for engine in wanted.filter(|engine| threads == 1 || scales(engine.name())) {
-            foreseen += budget.expects(engine.name(), soup.len());
+            foreseen += budget.expects(&alone(engine.name()), soup.len());
             if foreseen > seconds {
                 log.say(&format!("  the build of {} is not timed: there is no time for it", engine.name()));
-                foreseen -= budget.expects(engine.name(), soup.len());
+                foreseen -= budget.expects(&alone(engine.name()), soup.len());
             } else {
                 chosen.push(engine);
             }
         }
-        let mut ready: Vec<Option<Box<dyn Prepared>>> =
-            chosen.iter().map(|engine| guarded(|| engine.prepare(soup)).ok()).collect();
-        let rounds = Rounds { seconds, ..plan.builds };
-        let times = in_turn(chosen.len(), rounds, |at| build(ready[at].as_mut()?, &crew));
-        for (engine, times) in chosen.iter().zip(times) {
-            rows.extend(timed(case, *engine, Metric::Build, threads, &times));
+        // Like takes turns with like: what is paired is close in time, and who is far behind is so among its own.
+        for class in [Class::Fastest, Class::Fast, Class::Best] {
+            let alike: Vec<&dyn Engine> = chosen.iter().copied().filter(|engine| engine.class() == class).collect();
+            let mut ready: Vec<Option<Box<dyn Prepared>>> =
+                alike.iter().map(|engine| guarded(|| engine.prepare(soup)).ok()).collect();
+            let rounds = Rounds { seconds: seconds / 3.0, ..plan.builds };
+            let times = in_turn(alike.len(), rounds, |at| build(ready[at].as_mut()?, &crew));
+            for (engine, times) in alike.iter().zip(times) {
+                rows.extend(timed(case, *engine, Metric::Build, threads, &times));
+            }
         }
     }
     Ok(())
+}
+
+/// What the budget knows an engine's build by, without what comes before and after it.
+pub(crate) fn alone(engine: &str) -> String {
+    format!("{engine}, the build alone")
 }
 
 fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Took> {

@@ -23,6 +23,27 @@ pub(crate) struct Entrant {
     pub(crate) tree: Box<dyn Tree>,
 }
 
+/// Whether a comparison without this engine says nothing.
+fn is_core(engine: &str) -> bool {
+    ["kinetree fast", "embree medium", "tinybvh"].contains(&engine)
+}
+
+/// Whether the engines without which a comparison says nothing can be built in time; otherwise it is said that they cannot.
+pub(crate) fn is_possible(
+    case: &str,
+    engines: &[&dyn Engine],
+    triangles: usize,
+    (budget, seconds): (&Budget, f64),
+    log: &mut Log,
+) -> bool {
+    let core = engines.iter().filter(|engine| is_core(engine.name()));
+    let foreseen: f64 = core.map(|engine| budget.expects(engine.name(), triangles)).sum();
+    if foreseen > seconds {
+        log.say(&format!("  {case} is left out: there is no time for it"));
+    }
+    foreseen <= seconds
+}
+
 /// The most triangles of trees that are built once more only to be told their cost, in a hurry.
 const JUDGED: usize = 700_000;
 
@@ -41,7 +62,7 @@ pub(crate) fn build(
     let mut field = Vec::new();
     for engine in engines {
         let name = engine.name().to_owned();
-        if all.read().wall + budget.expects(&name, soup.len()) > seconds {
+        if !is_core(&name) && all.read().wall + budget.expects(&name, soup.len()) > seconds {
             log.say(&format!("  {name} is left out: there is no time for its build"));
             continue;
         }
@@ -49,16 +70,18 @@ pub(crate) fn build(
         let built = guarded(|| {
             let mut ready = engine.prepare(soup)?;
             ready.renew()?;
+            let watch = Stopwatch::start(Whose::Process);
             let (tree, held) = memory::count(|| ready.build(&crew));
-            let tree = tree?;
+            let (tree, seconds_alone) = (tree?, watch.read().wall);
             let judged = (seconds.is_infinite() || soup.len() <= JUDGED) && !engine.shares_builds();
             let facts = tree.facts();
             let cost = facts.cost.or_else(|| if judged { ready.judge(&crew) } else { None });
-            Ok((tree, held, cost))
+            Ok((tree, held, cost, seconds_alone))
         });
         budget.learn(&name, soup.len(), watch.read().wall);
         match built {
-            Ok((tree, held, cost)) => {
+            Ok((tree, held, cost, seconds_alone)) => {
+                budget.learn(&builds::alone(&name), soup.len(), seconds_alone);
                 let note = TreeNote {
                     case: case.to_owned(),
                     engine: name.clone(),

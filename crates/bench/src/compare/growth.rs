@@ -36,6 +36,9 @@ pub(crate) fn run(
         let scenery = case.scene.open()?;
         let soup = &scenery.soup;
         let seconds = budget.share(1.0, (sizes.len() - at) as f64);
+        if !field::is_possible(&case.name, &wanted, soup.len(), (&*budget, seconds * 0.6), log) {
+            continue;
+        }
         let reference = ours::Reference::of(soup)?;
         let trace = |rays: &[Ray]| reference.closest(soup, rays);
         let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);

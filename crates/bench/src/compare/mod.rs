@@ -87,19 +87,16 @@ impl Plan {
     fn of(options: &Options) -> Self {
         let rounds = options.rounds.unwrap_or(if options.quick { 5 } else { 9 }).max(1);
         let seconds = f64::INFINITY;
+        // Of those who are far behind, three rounds in all are enough.
+        let behind = if options.quick || options.processes > 1 { 1 } else { rounds.min(3) };
         Self {
             quick: options.quick,
             first: options.number == 0,
-            rounds: Rounds {
-                full: rounds,
-                behind: rounds.min(if options.quick { 1 } else { 3 }),
-                seconds,
-                warm_up: true,
-            },
+            rounds: Rounds { full: rounds, behind, seconds, warm_up: true },
             // Every tree has been built once before.
             builds: Rounds {
                 full: if options.quick { rounds.min(3) } else { rounds },
-                behind: if options.quick { 1 } else { rounds.min(3) },
+                behind,
                 seconds,
                 warm_up: false,
             },
@@ -196,12 +193,15 @@ fn one_case(
 ) -> Result<(), Failure> {
     let mut scenery = case.scene.open().map_err(|failure| format!("{}: {failure}", case.name))?;
     log.say(&format!("\n== {}: {} triangles", case.name, scenery.soup.len()));
+    let mut wanted: Vec<&dyn Engine> =
+        engines.iter().map(|engine| &**engine).filter(|engine| case.wants(engine.name(), plan.quick)).collect();
+    if !field::is_possible(&case.name, &wanted, scenery.soup.len(), (&*budget, seconds * 0.6), log) {
+        return Ok(());
+    }
     let reference = ours::Reference::of(&scenery.soup)?;
     scenery.look_closer(&|soup, rays| reference.closest(soup, rays));
     let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
     let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
-    let mut wanted: Vec<&dyn Engine> =
-        engines.iter().map(|engine| &**engine).filter(|engine| case.wants(engine.name(), plan.quick)).collect();
     // Should time run out, it does so for those who matter less.
     wanted.sort_by_key(|engine| urgency(*engine));
     let from = record.rows.len();

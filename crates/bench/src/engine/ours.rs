@@ -220,7 +220,8 @@ impl Reference {
     /// # Errors
     /// Triangles that are no mesh.
     pub(crate) fn of(soup: &Soup) -> Result<Self, Failure> {
-        let (mut scene, _) = scene_of(Mesh::new(&soup.positions, &soup.triangles)?, Motion::Static)?;
+        let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(Quality::Fast);
+        let (mut scene, _) = scene_of(mesh, Motion::Static)?;
         Ok(Self(Traced { view: scene.commit() }))
     }
 
