@@ -176,7 +176,10 @@ mod tests {
 
     #[test]
     fn who_sees_little_looks_closer() {
-        let mut scenery = SceneChoice::Pile { seed: 3, triangles: 20_000 }.open().unwrap();
+        let (ball, faces) = shapes::sphere(8);
+        let mut soup = Soup::default();
+        soup.add(ball, &faces);
+        let mut scenery = framed(soup);
         let reference = crate::engine::ours::Reference::of(&scenery.soup).unwrap();
         let far = scenery.eye.right.length();
         scenery.eye = Eye { right: scenery.eye.right * 4.0, up: scenery.eye.up * 4.0, ..scenery.eye };
