@@ -17,6 +17,9 @@ pub(crate) struct Case {
     pub(crate) name: String,
     /// What is traced.
     pub(crate) scene: SceneChoice,
+    /// Who looks at it; by default a camera of the scene, or one that is found.
+    #[serde(default)]
+    pub(crate) eye: Option<EyeChoice>,
     /// Of everything random about the rays.
     pub(crate) seed: u64,
     /// How many triangles the scene has, if that is known: of another one by the same name, nothing is expected.
@@ -38,6 +41,25 @@ pub(crate) struct Case {
     /// How many rays of a set must hit something, in a full run and in a quick one.
     #[serde(default)]
     pub(crate) hits: BTreeMap<Kind, Hits>,
+}
+
+/// A camera as a case writes it down.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EyeChoice {
+    /// Metres, world space.
+    pub(crate) position: [f32; 3],
+    /// Where it looks; any length.
+    pub(crate) forward: [f32; 3],
+    /// The tangent of half the angle of view.
+    pub(crate) half: f32,
+}
+
+impl EyeChoice {
+    /// A point that it looks at.
+    pub(crate) fn target(&self) -> glam::Vec3 {
+        glam::Vec3::from(self.position) + glam::Vec3::from(self.forward)
+    }
 }
 
 /// The answer that the rays of a set must give.
@@ -110,6 +132,7 @@ impl Case {
         Ok(Self {
             name,
             scene: SceneChoice::File { path: path.into(), time: 0.0 },
+            eye: None,
             seed: 1,
             triangles: None,
             rays: 1 << 18,

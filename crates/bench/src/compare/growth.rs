@@ -59,6 +59,7 @@ fn case(triangles: usize, plan: &Plan) -> Case {
     Case {
         name: format!("{}{triangles}", report::GROWTH),
         scene: SceneChoice::Terrain { seed: 1, triangles },
+        eye: None,
         seed: 1,
         triangles: None,
         rays: 1 << 17,

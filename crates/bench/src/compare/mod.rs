@@ -22,6 +22,7 @@ use crate::measure::rounds::Rounds;
 use crate::ray::Ray;
 use crate::rays;
 use crate::report::{self, Record};
+use crate::scene::Eye;
 
 /// What is compared, and where results go.
 #[derive(Debug, Clone, clap::Args)]
@@ -199,7 +200,11 @@ fn one_case(
         return Ok(());
     }
     let reference = ours::Reference::of(&scenery.soup)?;
-    scenery.look_closer(&|soup, rays| reference.closest(soup, rays));
+    match &case.eye {
+        Some(eye) => scenery.eye = Eye::look_at(eye.position.into(), eye.target(), eye.half),
+        None => scenery.look_closer(&|soup, rays| reference.closest(soup, rays)),
+    }
+    log.say(&format!("  seen from {}", scenery.eye));
     let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
     let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
     // Should time run out, it does so for those who matter less.

@@ -106,6 +106,14 @@ fn first_rays(eye: &Eye) -> Vec<Ray> {
     pixels.map(|(x, y)| Ray::new(eye.position, (eye.forward + eye.right * x - eye.up * y).normalize())).collect()
 }
 
+impl std::fmt::Display for Eye {
+    /// As a case file has it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { position, forward, right, .. } = self;
+        write!(f, "{position:?}, looking along {forward:?}, half {}", right.length())
+    }
+}
+
 impl SceneChoice {
     /// Makes or loads the scene.
     ///
