@@ -9,8 +9,8 @@ const QUICK: Duration = Duration::from_secs(255);
 /// What is left, and how fast engines build.
 pub(crate) struct Budget {
     ends: Option<Instant>,
-    /// Seconds per triangle, the slowest so far.
-    pace: BTreeMap<String, f64>,
+    /// Seconds per triangle: the fewest and the most so far.
+    pace: BTreeMap<String, (f64, f64)>,
 }
 
 impl Budget {
@@ -27,13 +27,14 @@ impl Budget {
 
     /// An engine has built so many triangles in so many seconds.
     pub(crate) fn learn(&mut self, engine: &str, triangles: usize, seconds: f64) {
-        let pace = self.pace.entry(engine.to_owned()).or_default();
-        *pace = pace.max(seconds / triangles.max(1) as f64);
+        let each = seconds / triangles.max(1) as f64;
+        let (least, most) = self.pace.entry(engine.to_owned()).or_insert((each, each));
+        (*least, *most) = (least.min(each), most.max(each));
     }
 
-    /// How long a build is going to take, seconds; nothing, where nothing is known.
+    /// How long a build is going to take, seconds, halfway between what it took at best and at worst; nothing, where nothing is known.
     pub(crate) fn expects(&self, engine: &str, triangles: usize) -> f64 {
-        self.pace.get(engine).map_or(0.0, |pace| pace * triangles as f64)
+        self.pace.get(engine).map_or(0.0, |(least, most)| (least * most).sqrt() * triangles as f64)
     }
 }
 
@@ -48,7 +49,8 @@ mod tests {
         assert!((84.0..=85.0).contains(&third) && (254.0..=255.0).contains(&all), "{third} {all}");
         assert_eq!(Budget::new(false).share(1.0, 9.0), f64::INFINITY);
         budget.learn("slow", 1000, 2.0);
+        budget.learn("slow", 1000, 0.5);
         budget.learn("slow", 1000, 1.0);
-        assert_eq!((budget.expects("slow", 3000), budget.expects("other", 3000)), (6.0, 0.0));
+        assert_eq!((budget.expects("slow", 3000), budget.expects("other", 3000)), (3.0, 0.0));
     }
 }
