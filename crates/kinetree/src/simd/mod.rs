@@ -80,7 +80,6 @@ pub(crate) trait Isa: Copy {
     fn sides4(self, x: Self::F4, y: Self::F4, z: Self::F4) -> (u8, u8);
     fn le4(self, a: Self::F4, b: Self::F4) -> u8;
     fn eq4(self, a: Self::F4, b: Self::F4) -> u8;
-    fn max4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn min4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     /// Three lanes; the fourth is zero. Nothing behind the three is read.
     fn load3(self, x: &[f32; 3]) -> Self::F4;

@@ -25,20 +25,6 @@ impl Neon {
         unsafe { with(self, kernel) }
     }
 
-    /// Rounded once. Negating `c` is taken out of loops in which it stays the same.
-    #[inline(always)]
-    fn mul_sub4(self, a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
-        // SAFETY: `self` proves NEON.
-        unsafe { vfmaq_f32(vnegq_f32(c), a, b) }
-    }
-
-    /// The instruction for it would give what is not a number, where the second operand is asked for.
-    #[inline(always)]
-    fn max4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
-        // SAFETY: `self` proves NEON.
-        unsafe { vbslq_f32(vcgtq_f32(a, b), a, b) }
-    }
-
     #[inline(always)]
     fn min4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
@@ -140,6 +126,7 @@ impl Isa for Neon {
         sub4 = vsubq_f32(a, b);
         mul4 = vmulq_f32(a, b);
         div4 = vdivq_f32(a, b);
+        abs4 = vabsq_f32(x);
     }
 
     eights! {
@@ -178,6 +165,26 @@ impl Isa for Neon {
         // SAFETY: `self` proves NEON; four floats are written to an array of four.
         unsafe { vst1q_f32(out.as_mut_ptr(), x) };
         out
+    }
+
+    /// Rounded once. Negating `c` is taken out of loops in which it stays the same.
+    #[inline(always)]
+    fn mul_sub4(self, a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vfmaq_f32(vnegq_f32(c), a, b) }
+    }
+
+    /// The instruction for it would give what is not a number, where the second operand is asked for.
+    #[inline(always)]
+    fn max4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vbslq_f32(vcgtq_f32(a, b), a, b) }
+    }
+
+    #[inline(always)]
+    fn spread8<const LANE: i32>(self, x: float32x4_t) -> Self::F8 {
+        // SAFETY: `self` proves NEON.
+        unsafe { [vdupq_laneq_f32::<LANE>(x); 2] }
     }
 
     #[inline(always)]

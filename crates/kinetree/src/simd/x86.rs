@@ -233,12 +233,6 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn max4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_max_ps(a, b) }
-        }
-
-        #[inline(always)]
         fn min4(self, a: __m128, b: __m128) -> __m128 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm_min_ps(a, b) }

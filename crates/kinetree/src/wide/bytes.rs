@@ -194,7 +194,6 @@ fn read_nodes(from: &mut Reader<'_>, count: usize) -> Result<Vec<WideNode>, Tree
             node.links[lane] = from.u32()?;
             node.in_use |= 1 << lane;
         }
-        node.sort_lanes();
         nodes.push(node);
     }
     for at in 0..count {
