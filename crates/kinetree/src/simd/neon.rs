@@ -25,23 +25,23 @@ impl Neon {
         unsafe { with(self, kernel) }
     }
 
-    #[inline(always)]
-    fn min4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
-        // SAFETY: `self` proves NEON.
-        unsafe { vbslq_f32(vcltq_f32(a, b), a, b) }
-    }
-
-    /// One instruction instead of two, right for everything that is a number.
+    /// Bits as signed whole numbers.
     #[inline(always)]
     fn max_bits4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
-        unsafe { vmaxq_f32(a, b) }
+        unsafe { vreinterpretq_f32_s32(vmaxq_s32(vreinterpretq_s32_f32(a), vreinterpretq_s32_f32(b))) }
     }
 
     #[inline(always)]
     fn min_bits4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
-        unsafe { vminq_f32(a, b) }
+        unsafe { vreinterpretq_f32_s32(vminq_s32(vreinterpretq_s32_f32(a), vreinterpretq_s32_f32(b))) }
+    }
+
+    #[inline(always)]
+    fn lanes_before4(self, a: float32x4_t, b: float32x4_t) -> uint32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vcltq_s32(vreinterpretq_s32_f32(a), vreinterpretq_s32_f32(b)) }
     }
 
     #[inline(always)]
@@ -130,6 +130,9 @@ impl Isa for Neon {
     }
 
     eights! {
+        add8 = add4(a, b);
+        sub8 = sub4(a, b);
+        mul8 = mul4(a, b);
         mul_sub8 = mul_sub4(a, b, c);
         max8 = max4(a, b);
         min8 = min4(a, b);
@@ -179,6 +182,83 @@ impl Isa for Neon {
     fn max4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vbslq_f32(vcgtq_f32(a, b), a, b) }
+    }
+
+    #[inline(always)]
+    fn min4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vbslq_f32(vcltq_f32(a, b), a, b) }
+    }
+
+    #[inline(always)]
+    fn largest_of_three(self, x: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON. Sizes order like their bits.
+        unsafe {
+            let size = vreinterpretq_u32_f32(vabsq_f32(x));
+            vreinterpretq_f32_u32(vdupq_n_u32(vmaxvq_u32(vsetq_lane_u32::<3>(0, size))))
+        }
+    }
+
+    #[inline(always)]
+    fn signs4(self, x: float32x4_t) -> u8 {
+        // SAFETY: `self` proves NEON.
+        self.mask4(unsafe { vcltzq_s32(vreinterpretq_s32_f32(x)) })
+    }
+
+    #[inline(always)]
+    fn with_last4(self, x: float32x4_t, last: f32) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vsetq_lane_f32::<3>(last, x) }
+    }
+
+    #[inline(always)]
+    fn sides4(self, x: float32x4_t, y: float32x4_t, z: float32x4_t) -> (u8, u8) {
+        let zero = self.splat4(0.0);
+        let signs = [self.signs4(x), self.signs4(y), self.signs4(z)];
+        let alike = (!(signs[0] | signs[1] | signs[2]) | signs[0] & signs[1] & signs[2]) & 15;
+        (alike, self.eq4(x, zero) | self.eq4(y, zero) | self.eq4(z, zero))
+    }
+
+    #[inline(always)]
+    fn load3(self, x: &[f32; 3]) -> float32x4_t {
+        self.load4(&[x[0], x[1], x[2], 0.0])
+    }
+
+    #[inline(always)]
+    fn first4(self, count: u32, a: float32x4_t, rest: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON; four integers are read from an array of four.
+        unsafe { vbslq_f32(vcltq_u32(vld1q_u32([0, 1, 2, 3].as_ptr()), vdupq_n_u32(count)), a, rest) }
+    }
+
+    #[inline(always)]
+    fn transpose4(self, rows: [float32x4_t; 4]) -> [float32x4_t; 4] {
+        let rows = [self.store4(rows[0]), self.store4(rows[1]), self.store4(rows[2]), self.store4(rows[3])];
+        let mut columns = [self.splat4(0.0); 4];
+        for at in 0..4 {
+            columns[at] = self.load4(&[rows[0][at], rows[1][at], rows[2][at], rows[3][at]]);
+        }
+        columns
+    }
+
+    #[inline(always)]
+    fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8 {
+        let mut out = [0.0; 8];
+        for lane in 0..8 {
+            out[lane] = (words[lane] >> SHIFT & MASK) as f32;
+        }
+        self.load8(&out)
+    }
+
+    #[inline(always)]
+    fn rows8(self, points: &[float32x4_t; 8]) -> [Self::F8; 3] {
+        let low = self.transpose4([points[0], points[1], points[2], points[3]]);
+        let high = self.transpose4([points[4], points[5], points[6], points[7]]);
+        [[low[0], high[0]], [low[1], high[1]], [low[2], high[2]]]
+    }
+
+    #[inline(always)]
+    fn before8(self, a: Self::F8, b: Self::F8) -> u32 {
+        self.mask8(self.lanes_before4(a[0], b[0]), self.lanes_before4(a[1], b[1])).into()
     }
 
     #[inline(always)]
