@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::args::{BakeArgs, Common};
 use crate::failure::Failure;
 use crate::figures::{self, bytes, count, millis};
-use crate::output::{prepare, remark, say, write_whole};
+use crate::output::{prepare, remark, report, write_whole};
 use crate::progress::Progress;
 use crate::scene::{self, Loaded};
 use crate::tree_file::{is_baked, pack};
@@ -48,14 +48,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
         bake_ms: millis(start.elapsed()),
         trees: figures,
     };
-    if common.json {
-        let json = serde_json::to_string_pretty(&summary);
-        say(&json.map_err(|error| Failure::work(format!("the summary cannot be written: {error}")))?)
-    } else if common.quiet {
-        Ok(())
-    } else {
-        say(&summary.to_string())
-    }
+    report(&summary, || summary.to_string(), common)
 }
 
 /// A tree for each mesh that never bends; one for all that are alike.

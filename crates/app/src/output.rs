@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use serde::Serialize;
 
+use crate::args::Common;
 use crate::failure::Failure;
 
 /// Text on standard output. Who has closed it wants no more, which is no failure.
@@ -17,6 +19,18 @@ pub(crate) fn say(text: &str) -> Result<(), Failure> {
             Err(Failure::work(format!("standard output: cannot be written: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// What a command has found: as JSON where that is asked for, else in words, unless it is to be quiet.
+pub(crate) fn report(figures: &impl Serialize, words: impl FnOnce() -> String, common: &Common) -> Result<(), Failure> {
+    if common.json {
+        let json = serde_json::to_string_pretty(figures);
+        say(&json.map_err(|error| Failure::work(format!("the figures cannot be written: {error}")))?)
+    } else if common.quiet {
+        Ok(())
+    } else {
+        say(&words())
     }
 }
 

@@ -11,7 +11,7 @@ use crate::camera::Viewer;
 use crate::failure::Failure;
 use crate::figures::millis;
 use crate::names::FileNames;
-use crate::output::{png, prepare, remark, say, write_whole};
+use crate::output::{png, prepare, remark, report, write_whole};
 use crate::progress::Progress;
 use crate::scene::{self, Opened};
 use crate::summary::{self, CameraFigures, FrameFigures, MemoryFigures, SceneFigures, Summary, Total};
@@ -33,14 +33,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let summary = work.all(numbers);
     progress.finish();
     let summary = summary?;
-    if common.json {
-        let json = serde_json::to_string_pretty(&summary);
-        say(&json.map_err(|error| Failure::work(format!("the summary cannot be written: {error}")))?)
-    } else if common.quiet {
-        Ok(())
-    } else {
-        say(&summary.to_string())
-    }
+    report(&summary, || summary.to_string(), common)
 }
 
 /// All that the frames of a rendering share.

@@ -144,18 +144,21 @@ impl Threads {
     }
 }
 
+/// Runs the jobs one after the other, the second one first. For tests.
+#[cfg(test)]
+pub(crate) struct Backwards;
+
+#[cfg(test)]
+impl Executor for Backwards {
+    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+        other();
+        one();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Backwards;
-
-    impl Executor for Backwards {
-        fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
-            other();
-            one();
-        }
-    }
 
     #[test]
     fn every_kind_of_pool_gives_the_same_results() {

@@ -4,10 +4,10 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{QUALITIES, Random, rays, rebuilt, worlds};
+use common::{Backwards, QUALITIES, Random, rays, rebuilt, worlds};
 use kinetree::build::{BuildOptions, Quality, triangles};
 use kinetree::geometry::Triangles;
-use kinetree::{Aabb, Affine, Executor, Hit, Mesh, Motion, Ray, Scene, Snapshot, Threads};
+use kinetree::{Aabb, Affine, Hit, Mesh, Motion, Ray, Scene, Snapshot, Threads};
 
 fn diagonals(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut random = Random::new(seed);
@@ -58,16 +58,6 @@ fn every_quality_agrees_with_looking_everywhere() {
                 assert_eq!(query.all_hits(&ray), twin.all_hits(&ray), "all hits in `{}` for {ray:?}", world.name);
             }
         }
-    }
-}
-
-/// Runs the jobs one after the other, the second one first.
-struct Backwards;
-
-impl Executor for Backwards {
-    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
-        other();
-        one();
     }
 }
 

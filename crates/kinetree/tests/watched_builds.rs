@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use common::{Random, grid};
+use common::{Backwards, Random, grid};
 use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use kinetree::geometry::Triangles;
 use kinetree::{Executor, Mesh, Threads, WideMesh};
@@ -50,16 +50,6 @@ fn build_and_look(
         let (seen, cancelled) = looker.join().unwrap();
         (built, seen, cancelled.map_or(Duration::ZERO, |cancelled| end.saturating_duration_since(cancelled)))
     })
-}
-
-/// Runs the jobs one after the other, the second one first.
-struct Backwards;
-
-impl Executor for Backwards {
-    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
-        other();
-        one();
-    }
 }
 
 #[test]

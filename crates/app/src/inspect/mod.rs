@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::args::{Common, InspectArgs};
 use crate::failure::Failure;
 use crate::figures::{self, millis};
-use crate::output::{remark, say};
+use crate::output::{remark, report};
 use crate::scene;
 use crate::summary::{MemoryFigures, SceneFigures};
 use crate::trees::{CommitFigures, MOTIONS, TreeFigures, name_of};
@@ -38,12 +38,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
         top_level: TreeFigures::of_top_level(frame.view.top_level()),
         meshes,
     };
-    if common.json {
-        let json = serde_json::to_string_pretty(&inspection);
-        say(&json.map_err(|error| Failure::work(format!("the figures cannot be written: {error}")))?)?;
-    } else if !common.quiet {
-        say(&inspection.text(if args.all { usize::MAX } else { SHOWN }))?;
-    }
+    report(&inspection, || inspection.text(if args.all { usize::MAX } else { SHOWN }), common)?;
     inspection.verdict()
 }
 

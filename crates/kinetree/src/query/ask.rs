@@ -26,15 +26,32 @@ pub(crate) struct Rules<F> {
     pub(crate) filter: F,
 }
 
-/// Brings the hits of a ray whose bounds are sane to `gather`, each at least once, in no particular order.
+/// What is gathered of the hits of a ray, `within` its far end. `None` when nothing can be hit.
+///
+/// The ray is read where it stands whenever that is possible: a copy would be written in pieces and read as a whole, which processors are slow at.
 #[inline]
-pub(crate) fn ask<F: Filter, G: Gather, T: Tally>(
+pub(super) fn gathered<F: Filter, G: Gather, T: Tally>(
     world: &TwoLevel,
     ray: &Ray,
     rules: Rules<F>,
-    gather: &mut G,
     tally: &mut T,
-) {
+    within: impl FnOnce(f32) -> G,
+) -> Option<G> {
+    let sane;
+    let ray = if ray.is_bounded() {
+        ray
+    } else {
+        sane = ray.sane()?;
+        &sane
+    };
+    let mut gather = within(ray.t_max);
+    ask(world, ray, rules, &mut gather, tally);
+    Some(gather)
+}
+
+/// Brings the hits of a ray whose bounds are sane to `gather`, each at least once, in no particular order.
+#[inline]
+fn ask<F: Filter, G: Gather, T: Tally>(world: &TwoLevel, ray: &Ray, rules: Rules<F>, gather: &mut G, tally: &mut T) {
     world.level.run(Ask { world, ray, rules, gather, tally });
 }
 
@@ -222,7 +239,7 @@ impl<'a, F: Filter> RayInMesh<'a, F> {
 
 impl Cull {
     #[inline(always)]
-    fn keeps(self, hit: &TriangleHit) -> bool {
+    pub(super) fn keeps(self, hit: &TriangleHit) -> bool {
         match self {
             Self::None => true,
             Self::Back => !hit.back,

@@ -1,6 +1,6 @@
 //! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
 
-use super::ask::{Rules, ask};
+use super::ask::{Rules, gathered};
 use super::{Closest, Coherence, Cull, Filter, Hit, Occluded, Query, sort};
 use crate::geometry::slab::Lean;
 use crate::geometry::{Ray, Sheared, TriangleHit};
@@ -23,12 +23,7 @@ pub(super) fn closest_hits<F: Filter>(
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), hits.len(), "one hit per ray");
-    let alone = |number: usize, ray: &Ray| {
-        let ray = ray.sane()?;
-        let mut closest = Closest::within(ray.t_max);
-        ask(world, &ray, rules.for_ray(number), &mut closest, &mut ());
-        closest.hit
-    };
+    let alone = |number: usize, ray: &Ray| gathered(world, ray, rules.for_ray(number), &mut (), Closest::within)?.hit;
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).closest_hit_counted(ray, work);
     each(world, rays, rules, hits, coherence, (alone, sampled), Nearest::new);
 }
@@ -46,10 +41,7 @@ pub(super) fn occluded_each<F: Filter>(
 ) {
     assert_eq!(rays.len(), answers.len(), "one answer per ray");
     let alone = |number: usize, ray: &Ray| {
-        let Some(ray) = ray.sane() else { return false };
-        let mut occluded = Occluded::within(ray.t_max);
-        ask(world, &ray, rules.for_ray(number), &mut occluded, &mut ());
-        occluded.found
+        gathered(world, ray, rules.for_ray(number), &mut (), Occluded::within).is_some_and(|occluded| occluded.found)
     };
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
     each(world, rays, rules, answers, coherence, (alone, sampled), Any::new);
@@ -420,12 +412,7 @@ impl<F: Filter> Counts<'_, F> {
 
     /// Whether the hit of one ray of the packet counts.
     fn one(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
-        let is_kept = match self.rules.cull {
-            Cull::None => true,
-            Cull::Back => !hit.back,
-            Cull::Front => hit.back,
-        };
-        is_kept && self.is_accepted(ray, hit, primitive)
+        self.rules.cull.keeps(hit) && self.is_accepted(ray, hit, primitive)
     }
 
     fn is_accepted(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {

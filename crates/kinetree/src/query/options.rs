@@ -1,6 +1,6 @@
 //! What belongs to a question besides the ray.
 
-use super::ask::{Gather, Rules, ask};
+use super::ask::{Gather, Rules, gathered};
 use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, by_looking};
 use crate::geometry::Ray;
 use crate::traverse::{Tally, TwoLevel, Work};
@@ -131,19 +131,10 @@ impl<'a> Query<'a> {
 
     /// The one place where the two kinds of filter part.
     fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T, within: impl FnOnce(f32) -> G) -> Option<G> {
-        let sane;
-        let ray = if ray.is_bounded() {
-            ray
-        } else {
-            sane = ray.sane()?;
-            &sane
-        };
-        let mut gather = within(ray.t_max);
         match self.filter {
-            None => ask(self.world, ray, self.rules(NoFilter), &mut gather, tally),
-            Some(filter) => ask(self.world, ray, self.rules(AskFilter::new(filter)), &mut gather, tally),
+            None => gathered(self.world, ray, self.rules(NoFilter), tally, within),
+            Some(filter) => gathered(self.world, ray, self.rules(AskFilter::new(filter)), tally, within),
         }
-        Some(gather)
     }
 
     fn closest<T: Tally>(&self, ray: &Ray, tally: &mut T) -> Option<Hit> {

@@ -12,7 +12,7 @@ const LEAST_RAYS: usize = 4096;
 /// Trees below this many bytes stay in the caches near a core, and order does not matter.
 const LEAST_TREE: usize = 8 << 20;
 
-/// How many rays are sorted together. What is needed for it stays in the second cache, and large batches need no large buffers.
+/// How many rays are sorted together, so that large batches need no large buffers.
 pub const BLOCK: usize = 1 << 18;
 
 /// How many rays are fetched together: they stay in the first cache.

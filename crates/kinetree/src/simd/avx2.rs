@@ -51,12 +51,6 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
-    fn eq4(self, a: __m128, b: __m128) -> u8 {
-        // SAFETY: `self` proves AVX2.
-        unsafe { _mm_movemask_ps(_mm_cmpeq_ps(a, b)) as u8 }
-    }
-
-    #[inline(always)]
     fn load3(self, x: &[f32; 3]) -> __m128 {
         // SAFETY: `self` proves AVX2; a lane that is masked out is not read, so only the three of the array are.
         unsafe { _mm_maskload_ps(x.as_ptr(), _mm_setr_epi32(-1, -1, -1, 0)) }

@@ -55,12 +55,6 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
-    fn eq4(self, a: __m128, b: __m128) -> u8 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_cmp_ps_mask::<_CMP_EQ_OQ>(a, b) }
-    }
-
-    #[inline(always)]
     fn load3(self, x: &[f32; 3]) -> __m128 {
         // SAFETY: `self` proves AVX-512VL; a lane that is masked out is not read, so only the three of the array are.
         unsafe { _mm_maskz_loadu_ps(0b111, x.as_ptr()) }

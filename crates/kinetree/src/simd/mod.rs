@@ -79,7 +79,6 @@ pub(crate) trait Isa: Copy {
     /// zero may or may not be among the first.
     fn sides4(self, x: Self::F4, y: Self::F4, z: Self::F4) -> (u8, u8);
     fn le4(self, a: Self::F4, b: Self::F4) -> u8;
-    fn eq4(self, a: Self::F4, b: Self::F4) -> u8;
     fn min4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     /// Three lanes; the fourth is zero. Nothing behind the three is read.
     fn load3(self, x: &[f32; 3]) -> Self::F4;
@@ -262,7 +261,7 @@ mod tests {
             for v in [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x), isa.spread8::<3>(y)] {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
-            out.extend([u32::from(isa.le4(x, y)), u32::from(isa.eq4(x, y))]);
+            out.push(isa.le4(x, y).into());
             out.extend(words_of_boxes(isa));
             let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
             let (x, y) = (isa.load16(&wide([1.0, -2.0, 0.3, nan])), isa.load16(&wide([3.0, -2.0, -0.7, 1.0])));
@@ -360,7 +359,7 @@ mod tests {
                 let eight = isa.load8(lanes.first_chunk().expect("sixteen"));
                 assert_eq!(u16::from(isa.le8(eight, eight)), first(8));
                 let four = isa.load4(lanes.first_chunk().expect("sixteen"));
-                assert_eq!([isa.le4(four, four), isa.eq4(four, four)].map(u16::from), [first(4); 2]);
+                assert_eq!(u16::from(isa.le4(four, four)), first(4));
                 let mut place = Row([3.0; 16]);
                 isa.keep16(&mut place, mask, isa.splat16(5.0));
                 assert_eq!(place.0.map(|x| x == 5.0), lanes.map(|x| x == 1.0));

@@ -216,7 +216,8 @@ impl Isa for Neon {
         let zero = self.splat4(0.0);
         let signs = [self.signs4(x), self.signs4(y), self.signs4(z)];
         let alike = (!(signs[0] | signs[1] | signs[2]) | signs[0] & signs[1] & signs[2]) & 15;
-        (alike, self.eq4(x, zero) | self.eq4(y, zero) | self.eq4(z, zero))
+        let zero = [self.lanes_eq4(x, zero), self.lanes_eq4(y, zero), self.lanes_eq4(z, zero)];
+        (alike, self.mask4(zero[0]) | self.mask4(zero[1]) | self.mask4(zero[2]))
     }
 
     #[inline(always)]
@@ -270,11 +271,6 @@ impl Isa for Neon {
     #[inline(always)]
     fn le4(self, a: float32x4_t, b: float32x4_t) -> u8 {
         self.mask4(self.lanes_le4(a, b))
-    }
-
-    #[inline(always)]
-    fn eq4(self, a: float32x4_t, b: float32x4_t) -> u8 {
-        self.mask4(self.lanes_eq4(a, b))
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use kinetree::build::Quality;
-use kinetree::{Affine, Mesh, Motion, Ray, Scene, Snapshot};
+use kinetree::{Affine, Executor, Mesh, Motion, Ray, Scene, Snapshot};
 
 /// Small, fast, and the same everywhere: Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators".
 pub struct Random(u64);
@@ -183,6 +183,16 @@ pub fn worlds(seed: u64) -> Vec<World> {
         add(&format!("{count} instances"), placed(mesh, &placements), spread);
     }
     worlds
+}
+
+/// Runs the jobs one after the other, the second one first.
+pub struct Backwards;
+
+impl Executor for Backwards {
+    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+        other();
+        one();
+    }
 }
 
 pub const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::pair::{Cluster, Kind};
 use super::*;
-use crate::threads::Executor;
+use crate::threads::Backwards;
 use crate::tree::{MAX_DEPTH, Target};
 
 fn random_boxes(seed: u64, count: usize, spread: f32, size: f32) -> Vec<Aabb> {
@@ -105,15 +105,6 @@ fn primitives_stand_in_the_order_of_the_leaves() {
             }
         }
         assert_eq!(next as usize, bvh.primitives().len(), "{name}");
-    }
-}
-
-struct Backwards;
-
-impl Executor for Backwards {
-    fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
-        other();
-        one();
     }
 }
 
