@@ -58,6 +58,11 @@ pub(crate) trait Isa: Copy {
 
     fn splat4(self, x: f32) -> Self::F4;
     fn load4(self, x: &[f32; 4]) -> Self::F4;
+    /// As `load4`, a number at a time: what has just been written in pieces is not waited for, as it is by a load that spans them.
+    #[inline(always)]
+    fn load4_of_pieces(self, x: &[f32; 4]) -> Self::F4 {
+        self.load4(x)
+    }
     fn store4(self, x: Self::F4) -> [f32; 4];
     fn add4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn sub4(self, a: Self::F4, b: Self::F4) -> Self::F4;
@@ -262,6 +267,7 @@ mod tests {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
             out.push(isa.le4(x, y).into());
+            out.extend(isa.store4(isa.load4_of_pieces(&[-0.0, 1.5, nan, 3.0])).map(f32::to_bits));
             out.extend(words_of_boxes(isa));
             let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
             let (x, y) = (isa.load16(&wide([1.0, -2.0, 0.3, nan])), isa.load16(&wide([3.0, -2.0, -0.7, 1.0])));

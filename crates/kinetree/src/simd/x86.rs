@@ -75,6 +75,16 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
+        fn load4_of_pieces(self, x: &[f32; 4]) -> __m128 {
+            // Volatile, or the compiler makes one load of the four.
+            // SAFETY: `self` proves AVX2; each is read from a reference to it.
+            unsafe {
+                let [x, y, z, w] = [&raw const x[0], &raw const x[1], &raw const x[2], &raw const x[3]];
+                _mm_setr_ps(x.read_volatile(), y.read_volatile(), z.read_volatile(), w.read_volatile())
+            }
+        }
+
+        #[inline(always)]
         fn store4(self, x: __m128) -> [f32; 4] {
             let mut out = [0.0; 4];
             // SAFETY: `self` proves AVX2; four floats are written to an array of four.

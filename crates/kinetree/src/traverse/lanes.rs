@@ -24,7 +24,7 @@ impl<I: Isa> RayQuads<I> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &Ray) -> Self {
         let [origin, direction] = ray.quads();
-        Self { origin: isa.load4(origin), direction: isa.load4(direction) }
+        Self { origin: isa.load4_of_pieces(origin), direction: isa.load4_of_pieces(direction) }
     }
 
     /// The ray in another space, by the operations of [`Affine::transform_point`] and [`Affine::transform_vector`].
