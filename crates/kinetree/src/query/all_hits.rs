@@ -28,6 +28,8 @@ impl AllHits {
 }
 
 impl Gather for AllHits {
+    const ANY: bool = false;
+
     #[inline]
     fn t_max(&self) -> f32 {
         self.t_max

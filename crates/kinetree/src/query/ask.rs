@@ -11,6 +11,9 @@ use crate::wide::{InstanceRecord, WideLink};
 
 /// What a question does with hits.
 pub(crate) trait Gather {
+    /// Whether any hit will do.
+    const ANY: bool;
+
     /// Hits beyond this do not matter (any more).
     fn t_max(&self) -> f32;
 
@@ -109,6 +112,8 @@ struct InWorld<'a, F, G> {
 }
 
 impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F, G> {
+    const ANY: bool = G::ANY;
+
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.gather.t_max()
@@ -160,6 +165,8 @@ struct InMesh<'a, I: Isa, F, G> {
 }
 
 impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InMesh<'_, I, F, G> {
+    const ANY: bool = G::ANY;
+
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.gather.t_max()

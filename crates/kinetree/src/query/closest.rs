@@ -18,6 +18,8 @@ impl Closest {
 }
 
 impl Gather for Closest {
+    const ANY: bool = false;
+
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max

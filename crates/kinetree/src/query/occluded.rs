@@ -18,6 +18,8 @@ impl Occluded {
 }
 
 impl Gather for Occluded {
+    const ANY: bool = true;
+
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max

@@ -54,6 +54,27 @@ pub(super) fn choose<I: Isa>(
     Some(link_of(insert(four, rest, &distances, links, stack)))
 }
 
+/// The same where any hit will do: the lanes come in the order in which they stand.
+#[inline(always)]
+pub(super) fn choose_in_order<I: Isa>(
+    isa: I,
+    entry: I::F8,
+    exit: I::F8,
+    links: &[u32; LANES],
+    stack: &mut Stack<Entry, WIDE_STACK>,
+) -> Option<WideLink> {
+    let all = isa.before8(entry, exit);
+    let first = WideLink::from_bits(links[all.trailing_zeros() as usize & 7]);
+    let mut rest = all & all.wrapping_sub(1);
+    while rest != 0 {
+        let last = 31 - rest.leading_zeros();
+        rest ^= 1 << last;
+        // At no distance, since none is too far.
+        stack.push(u64::from(links[last as usize & 7]));
+    }
+    if all == 0 { None } else { Some(first) }
+}
+
 /// Five or more.
 #[inline(always)]
 fn insert(
@@ -112,6 +133,7 @@ mod tests {
     use crate::simd::{Kernel, Level};
 
     struct Chosen {
+        in_order: bool,
         entry: [f32; LANES],
         mask: u32,
     }
@@ -127,9 +149,12 @@ mod tests {
                 exit[lane] = if self.mask >> lane & 1 == 1 { f32::INFINITY } else { -1.0 };
             }
             let mut stack = Stack::new();
-            let first = choose(isa, isa.load8(&self.entry), isa.load8(&exit), &links, &mut stack);
+            let (entry, exit) = (isa.load8(&self.entry), isa.load8(&exit));
             let mut all = Vec::new();
-            if let Some(link) = first {
+            if self.in_order {
+                let first = choose_in_order(isa, entry, exit, &links, &mut stack);
+                all.extend(first.map(|link| u64::from(link.bits())));
+            } else if let Some(link) = choose(isa, entry, exit, &links, &mut stack) {
                 let distance = self.entry[(link.bits() - 10) as usize & 7].to_bits();
                 all.push(u64::from(distance) << 32 | u64::from(link.bits()));
             }
@@ -149,8 +174,21 @@ mod tests {
                     lanes.map(|lane| u64::from(entry[lane].to_bits()) << 32 | (lane as u64 + 10)).collect();
                 expected.sort_unstable();
                 for level in Level::available() {
-                    assert_eq!(level.run(Chosen { entry, mask }), expected, "{level:?}, {mask:08b}");
+                    let chosen = level.run(Chosen { in_order: false, entry, mask });
+                    assert_eq!(chosen, expected, "{level:?}, {mask:08b}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn where_any_will_do_they_come_out_in_the_order_of_the_lanes() {
+        let entry = [5.0_f32, 1.0, 9.0, 2.0, 0.0, 2.5, 8.0, 3.0];
+        for mask in 0..256 {
+            let expected: Vec<Entry> = (0..8).filter(|lane| mask >> lane & 1 == 1).map(|lane| lane + 10).collect();
+            for level in Level::available() {
+                let chosen = level.run(Chosen { in_order: true, entry, mask: mask as u32 });
+                assert_eq!(chosen, expected, "{level:?}, {mask:08b}");
             }
         }
     }

@@ -1,8 +1,8 @@
-//! The walk through an eight-way tree, for one ray: eight boxes at a step, the nearest child first.
+//! The walk through an eight-way tree, for one ray: eight boxes at a step, the nearest child first, or where any hit will do the one that is soonest looked through.
 
 use std::ops::ControlFlow;
 
-use super::choose::{choose, next};
+use super::choose::{choose, choose_in_order, next};
 use super::{Boxes, Tally};
 use crate::arena::Stack;
 use crate::simd::Isa;
@@ -10,6 +10,9 @@ use crate::wide::{WideLink, WideTree};
 
 /// A question that a walk is compiled for.
 pub(crate) trait WideVisitor<I: Isa, T: Tally> {
+    /// Whether any hit will do: children are then visited in the order of their lanes.
+    const ANY: bool;
+
     /// Boxes that are entered beyond this do not matter (any more). Not negative.
     fn t_max(&self) -> f32;
 
@@ -37,10 +40,14 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
         let node = &nodes[link.node_index()];
         tally.node();
         let (entry, exit) = boxes.enter(isa, node, limit);
-        // The nearest is taken at once, the others wait.
-        let nearest = choose(isa, entry, exit, &node.links, &mut stack);
-        link = match nearest {
-            Some(nearest) => nearest,
+        // The first is taken at once, the others wait.
+        let first = if V::ANY {
+            choose_in_order(isa, entry, exit, &node.links, &mut stack)
+        } else {
+            choose(isa, entry, exit, &node.links, &mut stack)
+        };
+        link = match first {
+            Some(first) => first,
             None => match next(&mut stack, visitor.t_max()) {
                 Some(next) => next,
                 None => return,

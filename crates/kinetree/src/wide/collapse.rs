@@ -69,7 +69,7 @@ pub(crate) fn collapse(
         }
         roots.clear();
         plan.children(from, &mut roots);
-        largest_first(binary, &mut roots);
+        plan.smallest_first(&mut roots);
         let mut node = tree.nodes[number as usize];
         for (lane, &root) in roots.iter().enumerate() {
             node.set_box(lane, &binary.nodes()[root as usize].bounds);
@@ -90,22 +90,6 @@ pub(crate) fn collapse(
     }
     tree.nodes.shrink_to_fit();
     tree
-}
-
-/// Larger boxes come first; of equal ones, those that came first before.
-fn largest_first(binary: &Bvh, roots: &mut [u32]) {
-    let mut areas = [0.0; LANES];
-    for (i, &root) in roots.iter().enumerate() {
-        areas[i] = binary.nodes()[root as usize].bounds.half_area();
-    }
-    for i in 1..roots.len() {
-        let mut at = i;
-        while at > 0 && areas[at].total_cmp(&areas[at - 1]).is_gt() {
-            areas.swap(at - 1, at);
-            roots.swap(at - 1, at);
-            at -= 1;
-        }
-    }
 }
 
 /// The least costs of a subtree.
@@ -175,6 +159,15 @@ impl<'a> Plan<'a> {
     fn places(&self, node: u32) -> Range<u32> {
         let least = self.of_node(node);
         least.first_place..least.first_place + least.count
+    }
+
+    /// Subtrees of fewer primitives come first, and of equal ones those with larger boxes: where any hit will do, they are the soonest looked through, and
+    /// a few large triangles hide most. (Embree orders its builders' children likewise.)
+    fn smallest_first(&self, roots: &mut [u32]) {
+        let area = |root: u32| self.binary.nodes()[root as usize].bounds.half_area();
+        roots.sort_by(|&a, &b| {
+            self.of_node(a).count.cmp(&self.of_node(b).count).then_with(|| area(b).total_cmp(&area(a)))
+        });
     }
 
     /// The roots that the eight slots of a wide node are filled with.

@@ -8,7 +8,7 @@ pub const LANES: usize = 8;
 
 /// Eight boxes and where they lead, in four cache lines. Both planes of an axis share a line.
 ///
-/// A lane that is not in use has an empty box. The lanes in use come first, larger boxes before others.
+/// A lane that is not in use has an empty box. The lanes in use come first, in the order in which they are best looked at where any hit will do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
 pub struct WideNode {
