@@ -344,8 +344,8 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
                         if hits.lanes != 0 {
                             self.gather.take(isa, row, &hits, primitive, self.counts.instance);
                         }
-                        if hits.on_edge != 0 {
-                            self.look_again(row, hits.on_edge, primitive);
+                        if hits.unsure != 0 {
+                            self.look_again(row, hits.unsure, primitive);
                         }
                     }
                 }
@@ -355,7 +355,7 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
 }
 
 impl<F: Filter, G: GatherRows> InMesh<'_, F, G> {
-    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, get the second try of the scalar test.
+    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar test.
     #[cold]
     fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
         for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {

@@ -70,6 +70,10 @@ pub(crate) trait Isa: Copy {
     fn div4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     /// `a * b - c`. Rounded once or twice: only for what may lean.
     fn mul_sub4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
+    /// `a * b + c`, rounded once.
+    fn fused4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
+    /// `c - a * b`, rounded once.
+    fn fused_less4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
     fn max4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn abs4(self, x: Self::F4) -> Self::F4;
     /// The largest of the first three lanes by size, in all lanes; what is no number is larger than all.
@@ -108,8 +112,13 @@ pub(crate) trait Isa: Copy {
     fn sub16(self, a: Self::F16, b: Self::F16) -> Self::F16;
     fn mul16(self, a: Self::F16, b: Self::F16) -> Self::F16;
     fn div16(self, a: Self::F16, b: Self::F16) -> Self::F16;
+    fn abs16(self, x: Self::F16) -> Self::F16;
     /// `a * b - c`. Rounded once or twice: only for what may lean.
     fn mul_sub16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
+    /// `a * b + c`, rounded once.
+    fn fused16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
+    /// `c - a * b`, rounded once.
+    fn fused_less16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
     fn max16(self, a: Self::F16, b: Self::F16) -> Self::F16;
     fn min16(self, a: Self::F16, b: Self::F16) -> Self::F16;
     fn le16(self, a: Self::F16, b: Self::F16) -> u16;

@@ -145,7 +145,10 @@ impl Isa for Neon {
         sub16 = sub4(a, b);
         mul16 = mul4(a, b);
         div16 = div4(a, b);
+        abs16 = abs4(x);
         mul_sub16 = mul_sub4(a, b, c);
+        fused16 = fused4(a, b, c);
+        fused_less16 = fused_less4(a, b, c);
         max16 = max4(a, b);
         min16 = min4(a, b);
     }
@@ -175,6 +178,18 @@ impl Isa for Neon {
     fn mul_sub4(self, a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vfmaq_f32(vnegq_f32(c), a, b) }
+    }
+
+    #[inline(always)]
+    fn fused4(self, a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vfmaq_f32(c, a, b) }
+    }
+
+    #[inline(always)]
+    fn fused_less4(self, a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vfmsq_f32(c, a, b) }
     }
 
     /// The instruction for it would give what is not a number, where the second operand is asked for.

@@ -1,5 +1,7 @@
 //! The vocabulary in plain Rust: the slow twin of the others, and what other processors run.
 
+use std::array;
+
 use super::{Isa, Row};
 
 #[derive(Clone, Copy)]
@@ -155,6 +157,16 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn fused4(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
+        array::from_fn(|lane| a[lane].mul_add(b[lane], c[lane]))
+    }
+
+    #[inline(always)]
+    fn fused_less4(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
+        array::from_fn(|lane| (-a[lane]).mul_add(b[lane], c[lane]))
+    }
+
+    #[inline(always)]
     fn max4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
         zip(a, b, |a, b| if a > b { a } else { b })
     }
@@ -266,8 +278,23 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn abs16(self, x: [f32; 16]) -> [f32; 16] {
+        zip(x, x, |x, _| x.abs())
+    }
+
+    #[inline(always)]
     fn mul_sub16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
         zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
+    }
+
+    #[inline(always)]
+    fn fused16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
+        array::from_fn(|lane| a[lane].mul_add(b[lane], c[lane]))
+    }
+
+    #[inline(always)]
+    fn fused_less16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
+        array::from_fn(|lane| (-a[lane]).mul_add(b[lane], c[lane]))
     }
 
     #[inline(always)]

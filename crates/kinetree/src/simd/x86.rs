@@ -117,6 +117,18 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
+        fn fused4(self, a: __m128, b: __m128, c: __m128) -> __m128 {
+            // SAFETY: `self` proves AVX2 and FMA.
+            unsafe { _mm_fmadd_ps(a, b, c) }
+        }
+
+        #[inline(always)]
+        fn fused_less4(self, a: __m128, b: __m128, c: __m128) -> __m128 {
+            // SAFETY: `self` proves AVX2 and FMA.
+            unsafe { _mm_fnmadd_ps(a, b, c) }
+        }
+
+        #[inline(always)]
         fn max4(self, a: __m128, b: __m128) -> __m128 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm_max_ps(a, b) }

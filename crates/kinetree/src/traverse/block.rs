@@ -1,6 +1,6 @@
 //! Four triangles against one ray: the watertight test, operation for operation as in [`Sheared::hit`], so that hits agree to the bit.
 
-use crate::geometry::{Ray, Sheared, TriangleHit};
+use crate::geometry::{NEAR, OFF, Ray, Sheared, TriangleHit, UNSURE};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
@@ -36,25 +36,38 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
         let x = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[0] & 3)]), self.origin[0]);
         let y = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[1] & 3)]), self.origin[1]);
         let z = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[2] & 3)]), self.origin[2]);
-        [isa.sub4(x, isa.mul4(self.shear[0], z)), isa.sub4(y, isa.mul4(self.shear[1], z)), isa.mul4(self.shear[2], z)]
+        let [shear_x, shear_y, shear_z] = self.shear;
+        [isa.fused_less4(shear_x, z, x), isa.fused_less4(shear_y, z, y), isa.mul4(shear_z, z)]
     }
 
     /// The hits between the bounds, inclusive. A `t` that overflowed is not excluded when `t_max` is infinite.
     #[inline(always)]
-    pub(crate) fn hits(&self, isa: I, block: &TriangleBlock, t_max: f32) -> BlockHits {
+    pub(crate) fn hits(&self, isa: I, block: &TriangleBlock, farthest: f32) -> BlockHits {
         let a = self.project(isa, block, 0);
         let b = self.project(isa, block, 1);
         let c = self.project(isa, block, 2);
-        let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
+        let ((u, lost_u), (v, lost_v), (w, lost_w)) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
         let (inside, on_edge) = isa.sides4(u, v, w);
         if inside | on_edge == 0 {
             return BlockHits::NONE;
         }
         let determinant = isa.add4(isa.add4(u, v), w);
-        let sum = isa.add4(isa.add4(isa.mul4(u, a[2]), isa.mul4(v, b[2])), isa.mul4(w, c[2]));
+        let sum = isa.fused4(w, c[2], isa.fused4(v, b[2], isa.mul4(u, a[2])));
+        let lost = isa.max4(isa.max4(lost_u, lost_v), lost_w);
+        let size = isa.abs4(determinant);
+        let depth = isa.max4(isa.max4(isa.abs4(a[2]), isa.abs4(b[2])), isa.abs4(c[2]));
+        let bound = isa.mul4(size, depth);
+        let near = inside & isa.le4(isa.mul4(isa.splat4(NEAR), isa.abs4(sum)), bound);
+        let mut unsure = on_edge | inside & isa.le4(isa.mul4(isa.splat4(UNSURE), size), lost);
         let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
-        let mask = inside & isa.le4(self.t_min, t) & isa.le4(t, isa.splat4(t_max)) & !on_edge;
-        if mask | on_edge == 0 {
+        let t_max = isa.splat4(farthest);
+        if near != 0 {
+            let off = isa.mul4(depth, isa.mul4(isa.splat4(OFF), self.t_scale));
+            let in_bounds = isa.le4(isa.sub4(self.t_min, off), t) & isa.le4(t, isa.add4(t_max, off));
+            unsure |= near & (in_bounds | isa.le4(isa.splat4(f32::INFINITY), bound));
+        }
+        let mask = inside & isa.le4(self.t_min, t) & isa.le4(t, t_max) & !unsure;
+        if mask | unsure == 0 {
             return BlockHits::NONE;
         }
         let mut hits = BlockHits {
@@ -64,17 +77,18 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
             u: isa.store4(isa.div4(v, determinant)),
             v: isa.store4(isa.div4(w, determinant)),
         };
-        if on_edge != 0 {
-            hits.look_again(on_edge, self.ray, block, t_max);
+        if unsure != 0 {
+            hits.look_again(unsure, self.ray, block, farthest);
         }
         hits
     }
 }
 
-/// On which side of an edge the rays pass. Both products are rounded, never fused.
+/// On which side of an edge the rays pass, and the size of what may be lost of it. Both products are rounded, never fused.
 #[inline(always)]
-fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> I::F4 {
-    isa.sub4(isa.mul4(from[0], to[1]), isa.mul4(from[1], to[0]))
+fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> (I::F4, I::F4) {
+    let product = isa.mul4(from[1], to[0]);
+    (isa.sub4(isa.mul4(from[0], to[1]), product), isa.abs4(product))
 }
 
 /// Which lanes of a block are hit, and where.
@@ -96,7 +110,7 @@ impl BlockHits {
         TriangleHit { t: self.t[lane] + 0.0, u: self.u[lane], v: self.v[lane], back: self.back >> lane & 1 == 1 }
     }
 
-    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, get the second try of the scalar twin.
+    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar twin.
     #[cold]
     fn look_again(&mut self, lanes: u8, ray: &Ray, block: &TriangleBlock, t_max: f32) {
         let (t_min, ray) = (ray.t_min, Sheared::new(ray));

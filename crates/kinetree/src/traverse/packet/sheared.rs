@@ -1,6 +1,7 @@
 //! One triangle against sixteen rays: the watertight test, operation for operation as in [`Sheared::hit`](crate::geometry::Sheared::hit), so that hits agree to the bit.
 
 use super::rays::{Column, RayPacket};
+use crate::geometry::{NEAR, OFF, UNSURE};
 use crate::simd::Isa;
 
 /// A packet whose rays have become axes.
@@ -16,7 +17,7 @@ pub(crate) struct ShearedPacket {
 pub(crate) struct RowHits<I: Isa> {
     pub(crate) lanes: u16,
     /// Lanes that need the second look of the scalar test; not in `lanes`.
-    pub(crate) on_edge: u16,
+    pub(crate) unsure: u16,
     pub(crate) back: u16,
     pub(crate) t: I::F16,
     v: I::F16,
@@ -103,32 +104,45 @@ impl ShearedPacket {
         let a = project(isa, &corners[0], &origin, &shear);
         let b = project(isa, &corners[1], &origin, &shear);
         let c = project(isa, &corners[2], &origin, &shear);
-        let (u, v, w) = (edge(isa, &c, &b), edge(isa, &a, &c), edge(isa, &b, &a));
+        let ((u, lost_u), (v, lost_v), (w, lost_w)) = (edge(isa, &c, &b), edge(isa, &a, &c), edge(isa, &b, &a));
         let zero = isa.splat16(0.0);
         let front = isa.le16(zero, u) & isa.le16(zero, v) & isa.le16(zero, w);
         let back = isa.le16(u, zero) & isa.le16(v, zero) & isa.le16(w, zero);
         let inside = (front | back) & lanes;
         let determinant = isa.add16(isa.add16(u, v), w);
         if inside == 0 {
-            return RowHits { lanes: 0, on_edge: 0, back, t: zero, v, w, determinant };
+            return RowHits { lanes: 0, unsure: 0, back, t: zero, v, w, determinant };
         }
         let on_edge = (isa.eq16(u, zero) | isa.eq16(v, zero) | isa.eq16(w, zero)) & inside;
-        let sum = isa.add16(isa.add16(isa.mul16(u, a[2]), isa.mul16(v, b[2])), isa.mul16(w, c[2]));
-        let t = isa.mul16(isa.div16(sum, determinant), isa.load16(&self.t_scale.0[row]));
-        let after = isa.le16(isa.load16(&rays.t_min.0[row]), t);
-        let before = isa.le16(t, isa.load16(&t_max.0[row])) & isa.le16(t, isa.splat16(f32::MAX));
+        let sum = isa.fused16(w, c[2], isa.fused16(v, b[2], isa.mul16(u, a[2])));
+        let lost = isa.max16(isa.max16(lost_u, lost_v), lost_w);
+        let size = isa.abs16(determinant);
+        let depth = isa.max16(isa.max16(isa.abs16(a[2]), isa.abs16(b[2])), isa.abs16(c[2]));
+        let bound = isa.mul16(size, depth);
+        let near = inside & isa.le16(isa.mul16(isa.splat16(NEAR), isa.abs16(sum)), bound);
+        let mut unsure = on_edge | inside & isa.le16(isa.mul16(isa.splat16(UNSURE), size), lost);
+        let t_scale = isa.load16(&self.t_scale.0[row]);
+        let t = isa.mul16(isa.div16(sum, determinant), t_scale);
+        let (t_min, t_max) = (isa.load16(&rays.t_min.0[row]), isa.load16(&t_max.0[row]));
+        if near != 0 {
+            let off = isa.mul16(depth, isa.mul16(isa.splat16(OFF), t_scale));
+            let in_bounds = isa.le16(isa.sub16(t_min, off), t) & isa.le16(t, isa.add16(t_max, off));
+            unsure |= near & (in_bounds | isa.le16(isa.splat16(f32::INFINITY), bound));
+        }
+        let met = isa.le16(t_min, t) & isa.le16(t, t_max) & isa.le16(t, isa.splat16(f32::MAX));
         // Adding zero turns a negative zero into a positive one.
-        RowHits { lanes: inside & after & before & !on_edge, on_edge, back, t: isa.add16(t, zero), v, w, determinant }
+        RowHits { lanes: inside & met & !unsure, unsure, back, t: isa.add16(t, zero), v, w, determinant }
     }
 }
 
 #[inline(always)]
 fn project<I: Isa>(isa: I, corner: &[I::F16; 3], origin: &[I::F16; 3], shear: &[I::F16; 3]) -> [I::F16; 3] {
     let (x, y, z) = (isa.sub16(corner[0], origin[0]), isa.sub16(corner[1], origin[1]), isa.sub16(corner[2], origin[2]));
-    [isa.sub16(x, isa.mul16(shear[0], z)), isa.sub16(y, isa.mul16(shear[1], z)), isa.mul16(shear[2], z)]
+    [isa.fused_less16(shear[0], z, x), isa.fused_less16(shear[1], z, y), isa.mul16(shear[2], z)]
 }
 
 #[inline(always)]
-fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> I::F16 {
-    isa.sub16(isa.mul16(from[0], to[1]), isa.mul16(from[1], to[0]))
+fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> (I::F16, I::F16) {
+    let product = isa.mul16(from[1], to[0]);
+    (isa.sub16(isa.mul16(from[0], to[1]), product), isa.abs16(product))
 }
