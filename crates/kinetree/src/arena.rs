@@ -44,6 +44,13 @@ pub(crate) fn with_room<T>(count: usize) -> Vec<T> {
     room
 }
 
+/// `count` times zero, in large pages if that is much. The system hands pages out zeroed, so nothing is written until the caller does.
+pub(crate) fn zeroed<T: bytemuck::Zeroable>(count: usize) -> Vec<T> {
+    let room = bytemuck::zeroed_vec(count);
+    prefer_large_pages(&room);
+    room
+}
+
 /// Asks for large pages behind the room of a vector. Best before it is filled: pages that are there already stay small.
 #[cfg(target_os = "linux")]
 fn prefer_large_pages<T>(room: &Vec<T>) {

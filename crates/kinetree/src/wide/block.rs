@@ -1,6 +1,7 @@
 //! Four triangles, tested at once.
 
 use crate::geometry::{Aabb, Triangle};
+use crate::simd::Isa;
 
 /// How many triangles a block has room for.
 pub(crate) const BLOCK: usize = 4;
@@ -34,6 +35,32 @@ impl TriangleBlock {
         block.primitives[..primitives.len()].copy_from_slice(primitives);
         block.move_to(triangle_of);
         block
+    }
+
+    /// Holds these triangles from now on: at least one, at most four.
+    #[inline(always)]
+    pub(super) fn fill<I: Isa>(&mut self, isa: I, primitives: &[u32], indices: &[[u32; 3]], positions: &[[f32; 3]]) {
+        self.count = primitives.len() as u32;
+        self.primitives = [primitives[0]; BLOCK];
+        self.primitives[..primitives.len()].copy_from_slice(primitives);
+        let mut vertices = [[0; 3]; BLOCK];
+        for lane in 0..BLOCK {
+            vertices[lane] = indices[self.primitives[lane] as usize];
+        }
+        let nothing = isa.splat4(f32::NAN);
+        for corner in 0..3 {
+            let [x, y, z, _] = isa.transpose4([
+                isa.load3(&positions[vertices[0][corner] as usize]),
+                isa.load3(&positions[vertices[1][corner] as usize]),
+                isa.load3(&positions[vertices[2][corner] as usize]),
+                isa.load3(&positions[vertices[3][corner] as usize]),
+            ]);
+            self.corners[corner] = [
+                isa.store4(isa.first4(self.count, x, nothing)),
+                isa.store4(isa.first4(self.count, y, nothing)),
+                isa.store4(isa.first4(self.count, z, nothing)),
+            ];
+        }
     }
 
     /// Fetches the corners again.

@@ -1,0 +1,215 @@
+//! What every subtree of a binary tree costs at least, by how many roots may stand for it.
+//!
+//! For every binary node and every k up to seven: what does its subtree cost at least if it may be represented by up to k roots? A single root is a leaf, or a wide
+//! node whose eight slots are shared out to the two children in the best way; more roots are shared out likewise. Forming leaves is part of the recursion.
+//!
+//! Only what two children cost together is kept, for each number of slots that they share: half a cache line for two nodes.
+//!
+//! Wald, Benthin and Boulos 2008, "Getting Rid of Packets" (collapsing); the recursion after Ylitie, Karras and Laine 2017, "Efficient Incoherent
+//! Ray Traversal on GPUs Through Compressed Wide BVHs".
+
+use std::ops::Range;
+
+use super::collapse::Costs;
+use super::node::LANES;
+use crate::arena::zeroed;
+use crate::simd::{Isa, Kernel, Level};
+use crate::threads::Threads;
+use crate::tree::{Bvh, Node, Target};
+
+/// So many pairs are one thread's, and are done before anybody asks whether the tree is still wanted.
+const PIECE: usize = 4096;
+
+/// What two children cost at least.
+#[derive(Clone, Copy, bytemuck::Zeroable)]
+#[repr(C, align(32))]
+struct Pair {
+    /// Together, if they share 2, 3, .. 8 slots.
+    shared: [f32; LANES - 1],
+    below: Below,
+}
+
+const _: () = assert!(size_of::<Pair>() == 32);
+
+/// The primitives below two children, if they are few and stand together: the place of the first, and in the lower bits how many they are, less one.
+#[derive(Clone, Copy, PartialEq, bytemuck::Zeroable)]
+#[repr(transparent)]
+struct Below(u32);
+
+impl Below {
+    const COUNT_BITS: u32 = 4;
+    const MOST: u32 = 1 << Self::COUNT_BITS;
+    /// Two are never one, so this is free to mean that nothing is known yet.
+    const UNKNOWN: Self = Self(0);
+    const TOO_MANY: Self = Self(u32::MAX);
+
+    #[inline(always)]
+    fn of(places: Option<(u32, u32)>) -> Self {
+        match places {
+            Some((first, count)) if count <= Self::MOST => Self(first << Self::COUNT_BITS | (count - 1)),
+            _ => Self::TOO_MANY,
+        }
+    }
+
+    /// The first place, and how many there are.
+    #[inline(always)]
+    fn places(self) -> Option<(u32, u32)> {
+        (self != Self::TOO_MANY).then_some((self.0 >> Self::COUNT_BITS, (self.0 & (Self::MOST - 1)) + 1))
+    }
+}
+
+/// What a subtree costs at least.
+pub(super) struct Subtree {
+    /// With up to 1, 2, .. 7 roots; nothing costs as much as the eighth.
+    pub(super) roots: [f32; LANES],
+    /// The first place and the number of its primitives, if they are few.
+    places: Option<(u32, u32)>,
+    /// Whether a single root is best a leaf.
+    is_leaf: bool,
+}
+
+impl Subtree {
+    /// The primitives of a leaf.
+    pub(super) fn leaf(&self) -> Option<Range<u32>> {
+        let (first, count) = self.places.filter(|_| self.is_leaf)?;
+        Some(first..first + count)
+    }
+}
+
+pub(super) struct Least<'a> {
+    nodes: &'a [Node],
+    costs: &'a Costs,
+    /// Nodes 2i + 1 and 2i + 2 are pair i: every builder of this crate numbers pairs from 1 on.
+    pairs: Vec<Pair>,
+}
+
+impl<'a> Least<'a> {
+    /// Of a tree with nodes. When cancelled, some are not known.
+    pub(super) fn of(binary: &'a Bvh, costs: &'a Costs, threads: &Threads) -> Self {
+        debug_assert!(costs.unit_size * costs.max_units <= Below::MOST as usize);
+        let nodes = binary.nodes();
+        let mut pairs: Vec<Pair> = zeroed(nodes.len() / 2);
+        let level = Level::current();
+        let mut pieces: Vec<Piece<'_>> =
+            pairs.chunks_mut(PIECE).enumerate().map(|(i, pairs)| Piece::new(i * PIECE, pairs)).collect();
+        threads.for_each(&mut pieces, 1, &|_, piece| {
+            if !threads.is_cancelled() {
+                let size = piece.pairs.len();
+                level.run(Fill { nodes, costs, piece });
+                threads.tick(2 * size);
+            }
+        });
+        let open: Vec<Vec<u32>> = pieces.into_iter().map(|piece| piece.open).collect();
+        let mut least = Self { nodes, costs, pairs };
+        // Pairs with something below them in another piece. Promise 5: what is below comes later.
+        for &pair in open.iter().rev().flatten() {
+            if let (Some(left), Some(right)) = (least.of_node(2 * pair + 1), least.of_node(2 * pair + 2)) {
+                least.pairs[pair as usize] = together(&left, &right);
+            }
+        }
+        least
+    }
+
+    /// Of one node; nothing only when cancelled.
+    pub(super) fn of_node(&self, node: u32) -> Option<Subtree> {
+        subtree(&self.nodes[node as usize], self.costs, &self.pairs, 0)
+    }
+}
+
+/// Pairs that stand in a row.
+struct Piece<'a> {
+    first: usize,
+    pairs: &'a mut [Pair],
+    /// Those that have to wait for others, the last first.
+    open: Vec<u32>,
+}
+
+impl<'a> Piece<'a> {
+    fn new(first: usize, pairs: &'a mut [Pair]) -> Self {
+        Self { first, pairs, open: Vec::new() }
+    }
+}
+
+struct Fill<'a, 'b> {
+    nodes: &'a [Node],
+    costs: &'a Costs,
+    piece: &'a mut Piece<'b>,
+}
+
+impl Kernel for Fill<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, _: I) {
+        let Self { nodes, costs, piece } = self;
+        for at in (0..piece.pairs.len()).rev() {
+            let pair = piece.first + at;
+            let left = subtree(&nodes[2 * pair + 1], costs, piece.pairs, piece.first);
+            let right = subtree(&nodes[2 * pair + 2], costs, piece.pairs, piece.first);
+            match (left, right) {
+                (Some(left), Some(right)) => piece.pairs[at] = together(&left, &right),
+                _ => piece.open.push(pair as u32),
+            }
+        }
+    }
+}
+
+/// What a node costs, given those of `pairs` that are known, the first of which has this number. Nothing if its own is not known.
+#[inline(always)]
+fn subtree(node: &Node, costs: &Costs, pairs: &[Pair], first_pair: usize) -> Option<Subtree> {
+    let area = node.bounds.half_area();
+    match node.link.target() {
+        Target::Primitives(places) => {
+            let count = places.end - places.start;
+            let roots = [area * costs.of_leaf(count); LANES];
+            Some(Subtree { roots, places: Some((places.start, count)), is_leaf: true })
+        }
+        Target::Node(first) => {
+            let pair = pairs.get((first as usize / 2).wrapping_sub(first_pair))?;
+            if pair.below == Below::UNKNOWN {
+                return None;
+            }
+            let places = pair.below.places();
+            let as_node = area * costs.node + pair.shared[LANES - 2];
+            let as_leaf = match places {
+                Some((_, count)) if costs.fits_a_leaf(count) => area * costs.of_leaf(count),
+                _ => f32::INFINITY,
+            };
+            let is_leaf = as_leaf <= as_node && places.is_some();
+            let mut roots = [if is_leaf { as_leaf } else { as_node }; LANES];
+            for k in 1..LANES - 1 {
+                roots[k] = lesser(pair.shared[k - 1], roots[k - 1]);
+            }
+            roots[LANES - 1] = roots[LANES - 2];
+            Some(Subtree { roots, places, is_leaf })
+        }
+    }
+}
+
+/// The best ways to share 2, 3, .. 8 slots, all at once: a lane for each.
+#[inline(always)]
+fn together(left: &Subtree, right: &Subtree) -> Pair {
+    // Who gets no slot, or more than the others leave, costs beyond measure.
+    let mut shifted = [f32::INFINITY; 3 * LANES];
+    shifted[LANES..2 * LANES - 1].copy_from_slice(&right.roots[..LANES - 1]);
+    let mut best = [f32::INFINITY; LANES];
+    for to_left in 1..LANES {
+        let others = &shifted[LANES + 1 - to_left..][..LANES];
+        for lane in 0..LANES {
+            best[lane] = lesser(left.roots[to_left - 1] + others[lane], best[lane]);
+        }
+    }
+    let mut shared = [0.0; LANES - 1];
+    shared.copy_from_slice(&best[..LANES - 1]);
+    let below = match (left.places, right.places) {
+        (Some((first, count)), Some((next, more))) if first + count == next => Some((first, count + more)),
+        _ => None,
+    };
+    Pair { shared, below: Below::of(below) }
+}
+
+/// The second one if either is no number.
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
