@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::collapse::Costs;
 use super::node::LANES;
-use crate::arena::zeroed;
+use crate::arena::{Piece, written};
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Node, Target};
@@ -21,7 +21,7 @@ use crate::tree::{Bvh, Node, Target};
 const PIECE: usize = 4096;
 
 /// What two children cost at least.
-#[derive(Clone, Copy, bytemuck::Zeroable)]
+#[derive(Clone, Copy)]
 #[repr(C, align(32))]
 struct Pair {
     /// Together, if they share 2, 3, .. 8 slots.
@@ -31,8 +31,12 @@ struct Pair {
 
 const _: () = assert!(size_of::<Pair>() == 32);
 
+impl Pair {
+    const UNKNOWN: Self = Self { shared: [f32::INFINITY; LANES - 1], below: Below::UNKNOWN };
+}
+
 /// The primitives below two children, if they are few and stand together: the place of the first, and in the lower bits how many they are, less one.
-#[derive(Clone, Copy, PartialEq, bytemuck::Zeroable)]
+#[derive(Clone, Copy, PartialEq)]
 #[repr(transparent)]
 struct Below(u32);
 
@@ -79,7 +83,7 @@ impl Subtree {
 pub(super) struct Least<'a> {
     nodes: &'a [Node],
     costs: &'a Costs,
-    /// Nodes 2i + 1 and 2i + 2 are pair i: every builder of this crate numbers pairs from 1 on.
+    /// Nodes 2i + 1 and 2i + 2 are pair i: every builder of this crate numbers pairs from 1 on. The last pair comes first.
     pairs: Vec<Pair>,
 }
 
@@ -88,23 +92,23 @@ impl<'a> Least<'a> {
     pub(super) fn of(binary: &'a Bvh, costs: &'a Costs, threads: &Threads) -> Self {
         debug_assert!(costs.unit_size * costs.max_units <= Below::MOST as usize);
         let nodes = binary.nodes();
-        let mut pairs: Vec<Pair> = zeroed(nodes.len() / 2);
         let level = Level::current();
-        let mut pieces: Vec<Piece<'_>> =
-            pairs.chunks_mut(PIECE).enumerate().map(|(i, pairs)| Piece::new(i * PIECE, pairs)).collect();
-        threads.for_each(&mut pieces, 1, &|_, piece| {
-            if !threads.is_cancelled() {
-                let size = piece.pairs.len();
-                level.run(Fill { nodes, costs, piece });
-                threads.tick(2 * size);
+        let (pairs, open) = written(nodes.len() / 2, PIECE, threads, &|first, piece| {
+            let mut open = Vec::new();
+            if threads.is_cancelled() {
+                (0..piece.size()).for_each(|_| piece.push(Pair::UNKNOWN));
+            } else {
+                level.run(Fill { nodes, costs, first, piece, open: &mut open });
+                threads.tick(2 * piece.size());
             }
+            open
         });
-        let open: Vec<Vec<u32>> = pieces.into_iter().map(|piece| piece.open).collect();
         let mut least = Self { nodes, costs, pairs };
         // Pairs with something below them in another piece. Promise 5: what is below comes later.
-        for &pair in open.iter().rev().flatten() {
+        for place in open.into_iter().flatten() {
+            let pair = (least.pairs.len() - 1 - place) as u32;
             if let (Some(left), Some(right)) = (least.of_node(2 * pair + 1), least.of_node(2 * pair + 2)) {
-                least.pairs[pair as usize] = together(&left, &right);
+                least.pairs[place] = together(&left, &right);
             }
         }
         least
@@ -112,28 +116,35 @@ impl<'a> Least<'a> {
 
     /// Of one node; nothing only when cancelled.
     pub(super) fn of_node(&self, node: u32) -> Option<Subtree> {
-        subtree(&self.nodes[node as usize], self.costs, &self.pairs, 0)
+        let known = Known { pairs: &self.pairs, first: 0, count: self.pairs.len() };
+        subtree(&self.nodes[node as usize], self.costs, &known)
     }
 }
 
-/// Pairs that stand in a row.
-struct Piece<'a> {
+/// A piece of the list of pairs, as far as it has been written.
+struct Known<'a> {
+    pairs: &'a [Pair],
+    /// The place of the first in the list, and how long the list is.
     first: usize,
-    pairs: &'a mut [Pair],
-    /// Those that have to wait for others, the last first.
-    open: Vec<u32>,
+    count: usize,
 }
 
-impl<'a> Piece<'a> {
-    fn new(first: usize, pairs: &'a mut [Pair]) -> Self {
-        Self { first, pairs, open: Vec::new() }
+impl Known<'_> {
+    /// The pair that begins with this node.
+    #[inline(always)]
+    fn pair(&self, node: u32) -> Option<&Pair> {
+        let place = (self.count - 1).wrapping_sub(node as usize / 2);
+        self.pairs.get(place.wrapping_sub(self.first)).filter(|pair| pair.below != Below::UNKNOWN)
     }
 }
 
 struct Fill<'a, 'b> {
     nodes: &'a [Node],
     costs: &'a Costs,
-    piece: &'a mut Piece<'b>,
+    first: usize,
+    piece: &'a mut Piece<'b, Pair>,
+    /// The places of those that have to wait for others.
+    open: &'a mut Vec<usize>,
 }
 
 impl Kernel for Fill<'_, '_> {
@@ -141,22 +152,27 @@ impl Kernel for Fill<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { nodes, costs, piece } = self;
-        for at in (0..piece.pairs.len()).rev() {
-            let pair = piece.first + at;
-            let left = subtree(&nodes[2 * pair + 1], costs, piece.pairs, piece.first);
-            let right = subtree(&nodes[2 * pair + 2], costs, piece.pairs, piece.first);
+        let Self { nodes, costs, first, piece, open } = self;
+        let count = nodes.len() / 2;
+        for place in first..first + piece.size() {
+            let pair = count - 1 - place;
+            let known = Known { pairs: piece.written(), first, count };
+            let left = subtree(&nodes[2 * pair + 1], costs, &known);
+            let right = subtree(&nodes[2 * pair + 2], costs, &known);
             match (left, right) {
-                (Some(left), Some(right)) => piece.pairs[at] = together(&left, &right),
-                _ => piece.open.push(pair as u32),
+                (Some(left), Some(right)) => piece.push(together(&left, &right)),
+                _ => {
+                    piece.push(Pair::UNKNOWN);
+                    open.push(place);
+                }
             }
         }
     }
 }
 
-/// What a node costs, given those of `pairs` that are known, the first of which has this number. Nothing if its own is not known.
+/// What a node costs; nothing if what is below is not known.
 #[inline(always)]
-fn subtree(node: &Node, costs: &Costs, pairs: &[Pair], first_pair: usize) -> Option<Subtree> {
+fn subtree(node: &Node, costs: &Costs, known: &Known<'_>) -> Option<Subtree> {
     let area = node.bounds.half_area();
     match node.link.target() {
         Target::Primitives(places) => {
@@ -165,17 +181,14 @@ fn subtree(node: &Node, costs: &Costs, pairs: &[Pair], first_pair: usize) -> Opt
             Some(Subtree { roots, places: Some((places.start, count)), is_leaf: true })
         }
         Target::Node(first) => {
-            let pair = pairs.get((first as usize / 2).wrapping_sub(first_pair))?;
-            if pair.below == Below::UNKNOWN {
-                return None;
-            }
+            let pair = known.pair(first)?;
             let places = pair.below.places();
             let as_node = area * costs.node + pair.shared[LANES - 2];
             let as_leaf = match places {
                 Some((_, count)) if costs.fits_a_leaf(count) => area * costs.of_leaf(count),
                 _ => f32::INFINITY,
             };
-            let is_leaf = as_leaf <= as_node && places.is_some();
+            let is_leaf = as_leaf <= as_node && as_leaf < f32::INFINITY;
             let mut roots = [if is_leaf { as_leaf } else { as_node }; LANES];
             for k in 1..LANES - 1 {
                 roots[k] = lesser(pair.shared[k - 1], roots[k - 1]);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::TriangleBlock;
 use super::block::BLOCK;
-use crate::arena::{with_room, zeroed};
+use crate::arena::{Piece, with_room, written};
 use crate::geometry::Triangles;
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
@@ -62,30 +62,29 @@ impl<'a> Leaves<'a> {
     /// All blocks.
     pub(super) fn blocks(&self, triangles: &Triangles, threads: &Threads) -> Vec<TriangleBlock> {
         let primitives = self.distinct.as_deref().unwrap_or(self.primitives);
-        let mut blocks = zeroed(self.blocks.len());
-        let mut pieces: Vec<_> = blocks.chunks_mut(PIECE).zip(self.blocks.chunks(PIECE)).collect();
         let level = Level::current();
-        threads.for_each(&mut pieces, 1, &|_, (blocks, spans)| {
+        let fill = |first: usize, blocks: &mut Piece<'_, TriangleBlock>| {
+            let spans = &self.blocks[first..first + blocks.size()];
             level.run(Fill { blocks, spans, primitives, triangles });
-        });
-        blocks
+        };
+        written(self.blocks.len(), PIECE, threads, &fill).0
     }
 }
 
-struct Fill<'a> {
-    blocks: &'a mut [TriangleBlock],
+struct Fill<'a, 'b> {
+    blocks: &'a mut Piece<'b, TriangleBlock>,
     spans: &'a [Span],
     primitives: &'a [u32],
     triangles: &'a Triangles,
 }
 
-impl Kernel for Fill<'_> {
+impl Kernel for Fill<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
         let (indices, positions) = (self.triangles.indices(), self.triangles.positions());
-        for at in 0..self.blocks.len() {
+        for at in 0..self.spans.len() {
             if let Some(ahead) = self.spans.get(at + NUMBERS_AHEAD) {
                 for place in ahead.first..ahead.first + ahead.count {
                     isa.prefetch(indices, self.primitives[place as usize] as usize);
@@ -100,7 +99,7 @@ impl Kernel for Fill<'_> {
             }
             let span = self.spans[at];
             let four = &self.primitives[span.first as usize..][..span.count as usize];
-            self.blocks[at].fill(isa, four, indices, positions);
+            self.blocks.push(TriangleBlock::gather(isa, four, indices, positions));
         }
     }
 }

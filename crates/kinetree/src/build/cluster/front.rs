@@ -13,8 +13,11 @@ pub(super) const FULL: usize = 64;
 /// How many it is merged down to before it is joined with its neighbour.
 pub(super) const FEW: usize = FULL / 2;
 
-/// How far a cluster looks to each side.
-const RADIUS: usize = 6;
+/// How far a cluster looks to each side, at most.
+pub(super) const RADIUS: usize = 6;
+
+/// How far a single primitive looks. Further has not made better trees.
+pub(super) const NEAR: usize = 4;
 
 const LANES: usize = 8;
 
@@ -80,10 +83,10 @@ impl Front {
         (0..self.len).map(|at| self.cluster(at))
     }
 
-    /// Merges until no more than `few` are left.
-    pub(super) fn reduce(&mut self, few: usize, level: Level, merger: &mut Merger<'_>) {
+    /// Merges until no more than `few` are left; each looks at most `radius` places to both sides.
+    pub(super) fn reduce(&mut self, few: usize, radius: usize, level: Level, merger: &mut Merger<'_>) {
         if self.len > few {
-            level.run(Reduce { front: self, few, merger });
+            level.run(Reduce { front: self, few, radius, merger });
         }
     }
 
@@ -111,10 +114,11 @@ impl Front {
     ///
     /// Of all pairs with the least area, the first one chooses each other, so there is always something to merge unless all areas are beyond measure.
     #[inline(always)]
-    fn partners(&mut self) -> [u32; FULL] {
+    fn partners(&mut self, radius: usize) -> [u32; FULL] {
+        let radius = radius.min(RADIUS);
         for first in (0..self.len).step_by(LANES) {
             let own = lanes(&self.min, &self.max, MARGIN + first);
-            for distance in 1..=RADIUS {
+            for distance in 1..=radius {
                 let areas = joint_areas(&own, &lanes(&self.min, &self.max, MARGIN + first + distance));
                 let place = &mut self.areas[distance - 1][MARGIN + first..][..LANES];
                 for lane in 0..LANES {
@@ -125,7 +129,7 @@ impl Front {
         let mut partners = [0; FULL];
         for first in (0..self.len).step_by(LANES) {
             let mut best = [ALONE; LANES];
-            for distance in 1..=RADIUS {
+            for distance in 1..=radius {
                 let areas = &self.areas[distance - 1];
                 let on_the_left = &areas[MARGIN + first - distance..][..LANES];
                 let on_the_right = &areas[MARGIN + first..][..LANES];
@@ -252,6 +256,7 @@ impl Merger<'_> {
 struct Reduce<'a, 'b> {
     front: &'a mut Front,
     few: usize,
+    radius: usize,
     merger: &'a mut Merger<'b>,
 }
 
@@ -260,10 +265,10 @@ impl Kernel for Reduce<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { front, few, merger } = self;
+        let Self { front, few, radius, merger } = self;
         while front.len > few {
             let before = front.len;
-            let partners = front.partners();
+            let partners = front.partners(radius);
             front.merge(&partners, merger);
             if front.len == before {
                 // Areas beyond measure: neighbours.
