@@ -40,6 +40,10 @@ impl<'a> Chosen<'a> {
     }
 
     fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+        // A box costs more than all the tests behind it.
+        if count <= self.leaf_limit && tests(count as u32) <= self.node_cost {
+            return Cut::Leaf;
+        }
         let room = references.len() - count;
         let area = bounds.half_area();
         let object = ObjectCut::best(&mut references[..count], &tests, threads);
