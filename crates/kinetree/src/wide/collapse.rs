@@ -11,8 +11,14 @@ use crate::arena::with_room;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
 
-/// So many nodes are written between two looks at whether the tree is still wanted.
-const PAUSE: usize = 4096;
+/// Subtrees whose roots are so many nodes below that of the whole are written at the same time, each for itself, and then put in their places.
+const DEPTH_OF_PARTS: u32 = 3;
+
+/// Smaller trees have no parts. (Nodes of the binary tree.)
+const SMALL: usize = 8192;
+
+/// So many parts are one thread's.
+const PARTS: usize = 4;
 
 /// What nodes and leaves cost, and how large leaves may be.
 #[derive(Debug, Clone, Copy)]
@@ -42,16 +48,26 @@ impl Costs {
     }
 }
 
-/// Collapses a binary tree. `leaf` is told the places of the primitives of each leaf, in their order, and makes units of them.
-pub(crate) fn collapse(
-    binary: &Bvh,
-    costs: &Costs,
-    threads: &Threads,
-    mut leaf: impl FnMut(Range<u32>) -> Range<u32>,
-) -> WideTree {
-    let mut tree = WideTree { nodes: Vec::new(), units: 0, bounds: binary.bounds() };
+/// What leaves lead to.
+pub(crate) trait Units: Send + Sync {
+    /// Makes units of the primitives of one leaf more, given their places, and numbers them from 0 on.
+    fn add(&mut self, places: Range<u32>) -> Range<u32>;
+
+    /// An empty list, for a part of the tree.
+    fn part(&self) -> Self;
+
+    /// The units of a part follow.
+    fn append(&mut self, part: Self);
+}
+
+/// Collapses a binary tree. The leaves are added to `units` in their order.
+pub(crate) fn collapse<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U) -> WideTree {
+    write(binary, costs, threads, units, binary.node_count() > SMALL)
+}
+
+fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U, in_parts: bool) -> WideTree {
     if binary.nodes().is_empty() {
-        return tree;
+        return WideTree::default();
     }
     // Wide nodes are about an eighth as many.
     threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
@@ -59,44 +75,99 @@ pub(crate) fn collapse(
     if threads.is_cancelled() {
         return WideTree::default();
     }
-    tree.nodes = with_room(binary.node_count() / 4 + 1);
-    let mut open = vec![(0_u32, u32::MAX)];
-    let mut roots = Roots { binary, least: &least, found: Vec::with_capacity(LANES) };
-    while let Some((from, parent_lane)) = open.pop() {
-        let number = tree.nodes.len() as u32;
-        if number as usize % PAUSE == PAUSE - 1 {
-            threads.tick(PAUSE);
-            if threads.is_cancelled() {
-                return WideTree::default();
-            }
+    let roots = Roots { binary, least: &least, found: Vec::with_capacity(LANES) };
+    let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
+    let mut parts: Vec<(u32, Option<Part<U>>)> = of_parts.into_iter().map(|root| (root, None)).collect();
+    let empty = units.part();
+    threads.for_each(&mut parts, PARTS, &|_, (root, part)| {
+        let mut written = Part { nodes: Vec::new(), units: empty.part(), unit_count: 0 };
+        if !threads.is_cancelled() {
+            written.write(*root, roots.clone(), &mut std::iter::empty());
+            threads.tick(written.nodes.len());
         }
-        if number > 0 {
-            tree.link_of_lane(parent_lane, WideLink::node(number));
-        }
-        let mut node = WideNode::new(parent_lane);
-        roots.below(from);
-        let before = open.len();
-        for (lane, root) in roots.found.iter().enumerate() {
-            node.set_box(lane, &binary.nodes()[root.node as usize].bounds);
-            node.in_use |= 1 << lane;
-            match &root.leaf {
-                Some(places) => {
-                    let units = leaf(places.clone());
-                    tree.units = units.end;
-                    node.links[lane] = WideLink::units(units).bits();
-                }
-                None => open.push((root.node, number * LANES as u32 + lane as u32)),
-            }
-        }
-        // The first lane comes next, so that a subtree stands together.
-        open[before..].reverse();
-        tree.nodes.push(node);
+        *part = Some(written);
+    });
+    if threads.is_cancelled() {
+        return WideTree::default();
     }
-    tree.nodes.shrink_to_fit();
-    tree
+    let mut whole = Part { nodes: Vec::new(), units: empty, unit_count: 0 };
+    if !parts.is_empty() {
+        let below: usize = parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum();
+        whole.nodes = with_room(below + MOST_ABOVE);
+    }
+    whole.write(0, roots, &mut parts.into_iter().filter_map(|(_, part)| part));
+    whole.nodes.shrink_to_fit();
+    units.append(whole.units);
+    WideTree { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
+}
+
+/// The most nodes above the parts.
+const MOST_ABOVE: usize = 1 + LANES + LANES * LANES;
+const _: () = assert!(DEPTH_OF_PARTS == 3);
+
+/// A subtree, numbered from 0 on.
+struct Part<U> {
+    nodes: Vec<WideNode>,
+    units: U,
+    unit_count: u32,
+}
+
+impl<U: Units> Part<U> {
+    /// Writes the subtree of a binary node, depth first. As long as there are parts, they stand for what is so far down.
+    fn write(&mut self, root: u32, mut roots: Roots<'_>, parts: &mut impl Iterator<Item = Self>) {
+        let mut open = vec![(root, u32::MAX, 0)];
+        while let Some((from, parent_lane, depth)) = open.pop() {
+            let number = self.nodes.len() as u32;
+            if number > 0 {
+                let (parent, lane) = (parent_lane as usize / LANES, parent_lane as usize % LANES);
+                self.nodes[parent].links[lane] = WideLink::node(number).bits();
+            }
+            if depth == DEPTH_OF_PARTS
+                && let Some(part) = parts.next()
+            {
+                self.append(part, parent_lane);
+                continue;
+            }
+            let mut node = WideNode::new(parent_lane);
+            roots.below(from);
+            let before = open.len();
+            for (lane, root) in roots.found.iter().enumerate() {
+                node.set_box(lane, &roots.binary.nodes()[root.node as usize].bounds);
+                node.in_use |= 1 << lane;
+                match &root.leaf {
+                    Some(places) => {
+                        let units = self.units.add(places.clone());
+                        self.unit_count = units.end;
+                        node.links[lane] = WideLink::units(units).bits();
+                    }
+                    None => open.push((root.node, number * LANES as u32 + lane as u32, depth + 1)),
+                }
+            }
+            // The first lane comes next, so that a subtree stands together.
+            open[before..].reverse();
+            self.nodes.push(node);
+        }
+    }
+
+    fn append(&mut self, part: Self, parent_lane: u32) {
+        let (first_node, first_unit) = (self.nodes.len() as u32, self.unit_count);
+        for mut node in part.nodes {
+            for link in &mut node.links[..node.in_use.count_ones() as usize] {
+                *link = WideLink::from_bits(*link).moved(first_node, first_unit).bits();
+            }
+            node.parent_lane = match node.parent_lane {
+                u32::MAX => parent_lane,
+                lane => lane + first_node * LANES as u32,
+            };
+            self.nodes.push(node);
+        }
+        self.unit_count += part.unit_count;
+        self.units.append(part.units);
+    }
 }
 
 /// What a lane of a wide node leads to.
+#[derive(Clone)]
 struct Root {
     node: u32,
     area: f32,
@@ -104,6 +175,7 @@ struct Root {
     leaf: Option<Range<u32>>,
 }
 
+#[derive(Clone)]
 struct Roots<'a> {
     binary: &'a Bvh,
     least: &'a Least<'a>,
@@ -111,6 +183,21 @@ struct Roots<'a> {
 }
 
 impl Roots<'_> {
+    /// The roots of the parts, in their order.
+    fn of_parts(mut self) -> Vec<u32> {
+        let mut parts = Vec::new();
+        let mut open = vec![(0, 0)];
+        while let Some((from, depth)) = open.pop() {
+            if depth == DEPTH_OF_PARTS {
+                parts.push(from);
+                continue;
+            }
+            self.below(from);
+            open.extend(self.found.iter().rev().filter(|root| root.leaf.is_none()).map(|root| (root.node, depth + 1)));
+        }
+        parts
+    }
+
     /// Finds what the eight slots of a wide node are filled with: larger boxes come first; of equal ones, those that came first before.
     fn below(&mut self, node: u32) {
         self.found.clear();
@@ -157,5 +244,57 @@ impl Roots<'_> {
             at -= 1;
         }
         self.found.insert(at, Root { node, area, leaf: subtree.leaf() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build;
+    use crate::geometry::Aabb;
+    use crate::wide::mesh::COSTS;
+
+    /// As many primitives as there are, in the order of the leaves.
+    #[derive(Default, PartialEq, Debug)]
+    struct Places(Vec<u32>);
+
+    impl Units for Places {
+        fn add(&mut self, places: Range<u32>) -> Range<u32> {
+            let first = self.0.len() as u32;
+            self.0.push(places.start);
+            first..first + 1
+        }
+
+        fn part(&self) -> Self {
+            Self::default()
+        }
+
+        fn append(&mut self, part: Self) {
+            self.0.extend(part.0);
+        }
+    }
+
+    #[test]
+    fn a_tree_written_in_parts_is_the_one_written_at_one_go() {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1 << 24) as f32
+        };
+        for count in [1, 2, 9, 60, 700, 9000] {
+            let boxes: Vec<Aabb> = (0..count)
+                .map(|_| {
+                    let corner = [random(), random(), random()];
+                    Aabb::new(corner, corner.map(|x| x + 0.02 * random()))
+                })
+                .collect();
+            let binary = build::clustered(count, |i| boxes[i as usize], &build::BuildOptions::default());
+            let (mut places, mut in_parts) = (Places::default(), Places::default());
+            let tree = write(&binary, &COSTS, &Threads::one(), &mut places, false);
+            let other = write(&binary, &COSTS, &Threads::default(), &mut in_parts, true);
+            assert_eq!(tree.nodes(), other.nodes(), "{count}");
+            assert_eq!((tree.unit_count(), places), (other.unit_count(), in_parts), "{count}");
+            tree.validate().unwrap();
+        }
     }
 }

@@ -226,3 +226,51 @@ fn together(left: &Subtree, right: &Subtree) -> Pair {
 fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build;
+    use crate::geometry::Aabb;
+    use crate::wide::mesh::COSTS;
+
+    /// The same by the definition: what a subtree costs with up to so many roots, and how many primitives it has.
+    fn by_trying(binary: &Bvh, node: u32, roots: usize) -> (f32, u32) {
+        let Node { bounds, link } = binary.nodes()[node as usize];
+        let as_leaf = |count| bounds.half_area() * COSTS.of_leaf(count);
+        match link.target() {
+            Target::Primitives(places) => (as_leaf(places.len() as u32), places.len() as u32),
+            Target::Node(first) => {
+                let count = by_trying(binary, first, 1).1 + by_trying(binary, first + 1, 1).1;
+                let shared = |slots: usize| {
+                    let costs = (1..slots).map(|to_left| {
+                        by_trying(binary, first, to_left.min(7)).0
+                            + by_trying(binary, first + 1, (slots - to_left).min(7)).0
+                    });
+                    costs.fold(f32::INFINITY, f32::min)
+                };
+                let mut least = bounds.half_area() * COSTS.node + shared(LANES);
+                if COSTS.fits_a_leaf(count) {
+                    least = least.min(as_leaf(count));
+                }
+                ((2..=roots).map(shared).fold(least, f32::min), count)
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_found_for_all_slots_at_once_is_what_trying_finds() {
+        for count in [1_u32, 2, 3, 5, 8, 11] {
+            let at = |i: u32| [i % 3, i * i % 7, i * 5 % 11].map(|x| x as f32);
+            let bounds_of = |i: u32| Aabb::new(at(i), at(i).map(|x| x + 1.0 + i as f32 * 0.1));
+            let binary = build::clustered(count as usize, bounds_of, &build::BuildOptions::default());
+            let least = Least::of(&binary, &COSTS, &Threads::one());
+            for node in 0..binary.node_count() as u32 {
+                let found = least.of_node(node).expect("nobody cancels");
+                for roots in 1..LANES {
+                    assert_eq!(found.roots[roots - 1], by_trying(&binary, node, roots).0, "{count}, {node}, {roots}");
+                }
+            }
+        }
+    }
+}

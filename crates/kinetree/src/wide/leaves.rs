@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::TriangleBlock;
 use super::block::BLOCK;
-use crate::arena::{Piece, with_room, written};
+use super::collapse::Units;
+use crate::arena::{Piece, written};
 use crate::geometry::Triangles;
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
@@ -35,12 +36,23 @@ struct Span {
 impl<'a> Leaves<'a> {
     pub(super) fn of(binary: &'a Bvh) -> Self {
         let primitives = binary.primitives();
-        let distinct = binary.has_duplicates().then(|| with_room(primitives.len()));
-        Self { primitives, distinct, blocks: with_room(primitives.len() / 2 + 1) }
+        Self { primitives, distinct: binary.has_duplicates().then(Vec::new), blocks: Vec::new() }
     }
 
-    /// One leaf more: the numbers of its blocks.
-    pub(super) fn add(&mut self, places: Range<u32>) -> Range<u32> {
+    /// All blocks.
+    pub(super) fn blocks(&self, triangles: &Triangles, threads: &Threads) -> Vec<TriangleBlock> {
+        let primitives = self.distinct.as_deref().unwrap_or(self.primitives);
+        let level = Level::current();
+        let fill = |first: usize, blocks: &mut Piece<'_, TriangleBlock>| {
+            let spans = &self.blocks[first..first + blocks.size()];
+            level.run(Fill { blocks, spans, primitives, triangles });
+        };
+        written(self.blocks.len(), PIECE, threads, &fill).0
+    }
+}
+
+impl Units for Leaves<'_> {
+    fn add(&mut self, places: Range<u32>) -> Range<u32> {
         let places = match &mut self.distinct {
             Some(distinct) => {
                 // Pieces of the same triangle may meet again in a leaf.
@@ -59,15 +71,16 @@ impl<'a> Leaves<'a> {
         before..self.blocks.len() as u32
     }
 
-    /// All blocks.
-    pub(super) fn blocks(&self, triangles: &Triangles, threads: &Threads) -> Vec<TriangleBlock> {
-        let primitives = self.distinct.as_deref().unwrap_or(self.primitives);
-        let level = Level::current();
-        let fill = |first: usize, blocks: &mut Piece<'_, TriangleBlock>| {
-            let spans = &self.blocks[first..first + blocks.size()];
-            level.run(Fill { blocks, spans, primitives, triangles });
-        };
-        written(self.blocks.len(), PIECE, threads, &fill).0
+    fn part(&self) -> Self {
+        Self { primitives: self.primitives, distinct: self.distinct.is_some().then(Vec::new), blocks: Vec::new() }
+    }
+
+    fn append(&mut self, part: Self) {
+        let moved = self.distinct.as_ref().map_or(0, |distinct| distinct.len() as u32);
+        self.blocks.extend(part.blocks.iter().map(|block| Span { first: block.first + moved, ..*block }));
+        if let (Some(distinct), Some(more)) = (&mut self.distinct, &part.distinct) {
+            distinct.extend_from_slice(more);
+        }
     }
 }
 

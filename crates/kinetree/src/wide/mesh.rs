@@ -41,7 +41,7 @@ impl WideMesh {
     /// The same on these threads. When cancelled, any tree at all.
     pub(crate) fn new_watched(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
         let mut leaves = Leaves::of(binary);
-        let tree = collapse(binary, &COSTS, threads, |places| leaves.add(places));
+        let tree = collapse(binary, &COSTS, threads, &mut leaves);
         let blocks = leaves.blocks(triangles, threads);
         Self { tree, blocks, triangles: binary.primitive_count() as u32, ..Self::default() }
     }
