@@ -26,7 +26,7 @@ pub(super) struct Plane {
     pub(super) position: f32,
 }
 
-/// The plane that seems cheapest, what it costs, and how many more references it makes.
+/// The plane that seems cheapest, and what it costs, if it makes no more than `room` references more.
 pub(super) fn best_plane(
     references: &[Reference],
     bounds: &Aabb,
