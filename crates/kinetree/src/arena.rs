@@ -3,6 +3,8 @@
 
 use std::mem::MaybeUninit;
 
+use crate::threads::Threads;
+
 /// A stack with room for `N`. Making one costs nothing: to zero it would be a call, and longer than the walk of many a ray.
 pub(crate) struct Stack<T, const N: usize> {
     /// Everything from `top` on has been written.
@@ -44,6 +46,58 @@ pub(crate) fn with_room<T>(count: usize) -> Vec<T> {
     room
 }
 
+/// A piece of a list that is being written.
+pub(crate) struct Piece<'a, T> {
+    room: &'a mut [MaybeUninit<T>],
+    /// Everything before this has been written.
+    len: usize,
+}
+
+impl<T: Copy> Piece<'_, T> {
+    /// # Panics
+    /// When the piece is full.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, value: T) {
+        self.room[self.len] = MaybeUninit::new(value);
+        self.len += 1;
+    }
+
+    /// What has been pushed.
+    #[inline(always)]
+    pub(crate) fn written(&self) -> &[T] {
+        // SAFETY: everything before `len` has been written, and `MaybeUninit<T>` is laid out as `T` is.
+        unsafe { &*(&raw const self.room[..self.len] as *const [T]) }
+    }
+
+    /// How many have to be pushed in all.
+    #[inline(always)]
+    pub(crate) fn size(&self) -> usize {
+        self.room.len()
+    }
+}
+
+/// A list that all threads write at once, each a piece at a time, in memory that nobody has touched before; and what the writers have found out. They are told the
+/// number of their first item.
+///
+/// # Panics
+/// When a piece is not full in the end.
+pub(crate) fn written<T: Copy + Send, R: Send>(
+    count: usize,
+    piece: usize,
+    threads: &Threads,
+    write: &(impl Fn(usize, &mut Piece<'_, T>) -> R + Sync),
+) -> (Vec<T>, Vec<R>) {
+    let mut list = with_room(count);
+    let rooms = list.spare_capacity_mut()[..count].chunks_mut(piece);
+    let mut work: Vec<(Piece<'_, T>, Option<R>)> = rooms.map(|room| (Piece { room, len: 0 }, None)).collect();
+    threads.for_each(&mut work, 1, &|number, (room, found)| *found = Some(write(number * piece, room)));
+    assert!(work.iter().all(|(piece, _)| piece.len == piece.room.len()), "a piece is not full");
+    let found = work.into_iter().filter_map(|(_, found)| found).collect();
+    // SAFETY: the pieces are all that there is, and all of them have been written to their ends.
+    unsafe { list.set_len(count) };
+    (list, found)
+}
+
 /// Asks for large pages behind the room of a vector. Best before it is filled: pages that are there already stay small.
 #[cfg(target_os = "linux")]
 fn prefer_large_pages<T>(room: &Vec<T>) {
@@ -82,6 +136,27 @@ mod tests {
         let mut stack = Stack::<u32, 1>::new();
         stack.push(1);
         stack.push(2);
+    }
+
+    #[test]
+    fn what_is_written_in_pieces_is_one_list() {
+        for threads in [Threads::one(), Threads::default()] {
+            for count in [0, 1, 99, 100, 101, 5000] {
+                let (list, sums) = written(count, 100, &threads, &|first, piece| {
+                    (first..first + piece.size()).for_each(|i| piece.push(i));
+                    piece.written().iter().sum::<usize>()
+                });
+                assert!(list.iter().copied().eq(0..count));
+                assert_eq!(sums.len(), count.div_ceil(100));
+                assert_eq!(sums.iter().sum::<usize>(), list.iter().sum());
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "not full")]
+    fn a_piece_has_to_be_filled() {
+        written(150, 100, &Threads::one(), &|first, piece| (first..100).for_each(|i| piece.push(i)));
     }
 
     #[test]

@@ -8,6 +8,7 @@
 use super::BuildOptions;
 use super::cut::{Chooser, Cut, median};
 use super::reference::{GRAIN, Reference, bounds_of};
+use crate::arena::with_room;
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
@@ -32,8 +33,14 @@ pub(crate) fn grow_with_room(
     }
     let bounds = bounds_of(&references, &options.threads);
     options.threads.stage(SHARE, count);
-    references.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
-    let mut nodes = vec![UNUSED; 2 * references.len() - 1];
+    if room > 0 {
+        let mut larger = with_room(count + room);
+        larger.extend_from_slice(&references);
+        larger.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
+        references = larger;
+    }
+    let mut nodes = with_room(2 * references.len() - 1);
+    nodes.resize(2 * references.len() - 1, UNUSED);
     let (root, below) = nodes.split_first_mut().expect("there is a reference, so there is a node");
     let plot = Plot { references: &mut references, count, first_place: 0, root, below, below_at: 1, bounds, depth: 1 };
     Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads }.grow(plot);
@@ -208,7 +215,7 @@ fn close_up(nodes: Vec<Node>) -> Vec<Node> {
             used.wrapping_sub(1)
         })
         .collect();
-    let mut kept = Vec::with_capacity(used as usize);
+    let mut kept = with_room(used as usize);
     kept.extend(nodes.into_iter().filter(|node| *node != UNUSED).map(|node| match node.link.target() {
         Target::Node(first) => Node { link: Link::node(place_of[first as usize]), ..node },
         Target::Primitives(_) => node,

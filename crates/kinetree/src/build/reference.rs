@@ -2,6 +2,7 @@
 
 use glam::Vec3A;
 
+use crate::arena::{Piece, written};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
@@ -24,10 +25,12 @@ pub(crate) const GRAIN: usize = 16 * 1024;
 
 /// References to primitives 0, 1, ... of known boxes. Empty boxes are left out.
 pub(crate) fn references(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> Vec<Reference> {
-    let mut all = vec![Reference { bounds: Aabb::EMPTY, id: 0 }; count];
-    threads.for_each(&mut all, GRAIN, &|i, reference| {
-        *reference = Reference { bounds: bounds_of(i as u32), id: i as u32 }
-    });
+    let write = |first: usize, piece: &mut Piece<'_, Reference>| {
+        for id in first as u32..(first + piece.size()) as u32 {
+            piece.push(Reference { bounds: bounds_of(id), id });
+        }
+    };
+    let (mut all, _) = written(count, GRAIN, threads, &write);
     all.retain(|reference| !reference.bounds.is_empty());
     all
 }

@@ -276,7 +276,7 @@ impl LivingMesh {
 
 fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> WideMesh {
     let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
-    WideMesh::new(&build::triangles(triangles, &options), triangles)
+    WideMesh::new_watched(&build::triangles(triangles, &options), triangles, threads)
 }
 
 impl Edit {

@@ -1,6 +1,7 @@
 //! Four triangles, tested at once.
 
 use crate::geometry::{Aabb, Triangle};
+use crate::simd::Isa;
 
 /// How many triangles a block has room for.
 pub(crate) const BLOCK: usize = 4;
@@ -34,6 +35,34 @@ impl TriangleBlock {
         block.primitives[..primitives.len()].copy_from_slice(primitives);
         block.move_to(triangle_of);
         block
+    }
+
+    /// The same as `new`, of triangles with these vertices.
+    #[inline(always)]
+    pub(super) fn gather<I: Isa>(isa: I, primitives: &[u32], indices: &[[u32; 3]], positions: &[[f32; 3]]) -> Self {
+        let count = primitives.len();
+        let mut numbers = [primitives[0]; BLOCK];
+        numbers[..count].copy_from_slice(primitives);
+        let mut vertices = [[0; 3]; BLOCK];
+        for lane in 0..BLOCK {
+            vertices[lane] = indices[numbers[lane] as usize];
+        }
+        let nothing = isa.splat4(f32::NAN);
+        let mut corners = [[[0.0; BLOCK]; 3]; 3];
+        for corner in 0..3 {
+            let [x, y, z, _] = isa.transpose4([
+                isa.load3(&positions[vertices[0][corner] as usize]),
+                isa.load3(&positions[vertices[1][corner] as usize]),
+                isa.load3(&positions[vertices[2][corner] as usize]),
+                isa.load3(&positions[vertices[3][corner] as usize]),
+            ]);
+            corners[corner] = [
+                isa.store4(isa.first4(count as u32, x, nothing)),
+                isa.store4(isa.first4(count as u32, y, nothing)),
+                isa.store4(isa.first4(count as u32, z, nothing)),
+            ];
+        }
+        Self { corners, primitives: numbers, count: count as u32, spare: [0; 7] }
     }
 
     /// Fetches the corners again.

@@ -1,21 +1,24 @@
-//! From two children to eight, at the least cost.
+//! From two children to eight, at the least cost: see [`Least`].
 //!
-//! For every binary node and every k up to seven: what does its subtree cost at least if it may be represented by up to k roots? A single root is a leaf, or a wide
-//! node whose eight slots are shared out to the two children in the best way; more roots are shared out likewise. Forming leaves is part of the recursion.
-//!
-//! Wald, Benthin and Boulos 2008, "Getting Rid of Packets" (collapsing); the recursion after Ylitie, Karras and Laine 2017, "Efficient Incoherent
-//! Ray Traversal on GPUs Through Compressed Wide BVHs".
+//! What has been found cheapest is written down from the root on, depth first, larger boxes before others.
 
 use std::ops::Range;
 
+use super::least::{Least, Subtree};
 use super::node::LANES;
 use super::{WideLink, WideNode, WideTree};
 use crate::arena::with_room;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
 
-/// So many nodes are visited between two looks at whether the tree is still wanted.
-const PAUSE: usize = 4096;
+/// Subtrees whose roots are so many nodes below that of the whole are written at the same time, each for itself, and then put in their places.
+const DEPTH_OF_PARTS: u32 = 3;
+
+/// Smaller trees have no parts. (Nodes of the binary tree.)
+const SMALL: usize = 8192;
+
+/// So many parts are one thread's.
+const PARTS: usize = 4;
 
 /// What nodes and leaves cost, and how large leaves may be.
 #[derive(Debug, Clone, Copy)]
@@ -29,184 +32,272 @@ pub(crate) struct Costs {
 }
 
 impl Costs {
-    fn units(&self, primitives: usize) -> usize {
-        primitives.div_ceil(self.unit_size)
-    }
-}
-
-/// Collapses a binary tree. `leaf` is told the places of the primitives of each leaf, and makes units of them. All on the calling thread; `threads` may
-/// have somebody who watches.
-pub(crate) fn collapse(
-    binary: &Bvh,
-    costs: &Costs,
-    threads: &Threads,
-    mut leaf: impl FnMut(Range<u32>) -> Range<u32>,
-) -> WideTree {
-    let mut tree = WideTree { nodes: Vec::new(), units: 0, bounds: binary.bounds() };
-    if binary.nodes().is_empty() {
-        return tree;
-    }
-    // Wide nodes are about an eighth as many.
-    threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
-    let plan = Plan::of(binary, costs, threads);
-    if threads.is_cancelled() {
-        return WideTree::default();
-    }
-    tree.nodes = with_room(binary.node_count() / 4 + 1);
-    let mut open = vec![(0_u32, u32::MAX)];
-    let mut roots = Vec::with_capacity(LANES);
-    while let Some((from, parent_lane)) = open.pop() {
-        let number = tree.nodes.len() as u32;
-        if number as usize % PAUSE == PAUSE - 1 {
-            threads.tick(PAUSE);
-            if threads.is_cancelled() {
-                return WideTree::default();
-            }
-        }
-        tree.nodes.push(WideNode::new(parent_lane));
-        if number > 0 {
-            tree.link_of_lane(parent_lane, WideLink::node(number));
-        }
-        roots.clear();
-        plan.children(from, &mut roots);
-        plan.smallest_first(&mut roots);
-        let mut node = tree.nodes[number as usize];
-        for (lane, &root) in roots.iter().enumerate() {
-            node.set_box(lane, &binary.nodes()[root as usize].bounds);
-            node.in_use |= 1 << lane;
-            if plan.is_leaf(root) {
-                let units = leaf(plan.places(root));
-                tree.units = units.end;
-                node.links[lane] = WideLink::units(units).bits();
-            }
-        }
-        tree.nodes[number as usize] = node;
-        // The first lane comes next, so that a subtree stands together.
-        for (lane, &root) in roots.iter().enumerate().rev() {
-            if !plan.is_leaf(root) {
-                open.push((root, number * LANES as u32 + lane as u32));
-            }
-        }
-    }
-    tree.nodes.shrink_to_fit();
-    tree
-}
-
-/// The least costs of a subtree.
-#[derive(Clone, Copy)]
-struct Least {
-    /// With up to 1, 2, .. 7 roots.
-    roots: [f32; LANES - 1],
-    first_place: u32,
-    count: u32,
-    is_leaf: bool,
-}
-
-struct Plan<'a> {
-    binary: &'a Bvh,
-    /// Of each node; the last node comes first.
-    least: Vec<Least>,
-}
-
-impl<'a> Plan<'a> {
-    fn of(binary: &'a Bvh, costs: &Costs, threads: &Threads) -> Self {
-        let mut plan = Self { binary, least: with_room(binary.node_count()) };
-        // Promise 5: children have been looked at before their parents.
-        for (at, node) in binary.nodes().iter().enumerate().rev() {
-            if at % PAUSE == 0 && at > 0 {
-                threads.tick(PAUSE);
-                if threads.is_cancelled() {
-                    break;
-                }
-            }
-            let area = node.bounds.half_area();
-            let leaf_cost = |count: u32| area * costs.unit * costs.units(count as usize) as f32;
-            let least = match node.link.target() {
-                Target::Primitives(places) => {
-                    let count = places.len() as u32;
-                    Least { roots: [leaf_cost(count); LANES - 1], first_place: places.start, count, is_leaf: true }
-                }
-                Target::Node(first) => {
-                    let (left, right) = (*plan.of_node(first), *plan.of_node(first + 1));
-                    let count = left.count + right.count;
-                    let together = left.first_place + left.count == right.first_place;
-                    let shared = |slots: usize| best_share(&left, &right, slots).1;
-                    let as_node = area * costs.node + shared(LANES);
-                    let may_be_leaf = together && costs.units(count as usize) <= costs.max_units;
-                    let is_leaf = may_be_leaf && leaf_cost(count) <= as_node;
-                    let mut roots = [if is_leaf { leaf_cost(count) } else { as_node }; LANES - 1];
-                    for k in 2..LANES {
-                        let split = shared(k);
-                        roots[k - 1] = if split < roots[k - 2] { split } else { roots[k - 2] };
-                    }
-                    Least { roots, first_place: left.first_place, count, is_leaf }
-                }
-            };
-            plan.least.push(least);
-        }
-        plan
+    #[inline(always)]
+    pub(super) fn of_leaf(&self, primitives: u32) -> f32 {
+        self.unit * self.units(primitives) as f32
     }
 
     #[inline(always)]
-    fn of_node(&self, node: u32) -> &Least {
-        &self.least[self.binary.node_count() - 1 - node as usize]
+    pub(super) fn fits_a_leaf(&self, primitives: u32) -> bool {
+        self.units(primitives) <= self.max_units
     }
 
-    fn is_leaf(&self, node: u32) -> bool {
-        self.of_node(node).is_leaf
-    }
-
-    fn places(&self, node: u32) -> Range<u32> {
-        let least = self.of_node(node);
-        least.first_place..least.first_place + least.count
-    }
-
-    /// Subtrees of fewer primitives come first, and of equal ones those with larger boxes: where any hit will do, they are the soonest looked through, and
-    /// a few large triangles hide most. (Embree orders its builders' children likewise.)
-    fn smallest_first(&self, roots: &mut [u32]) {
-        let area = |root: u32| self.binary.nodes()[root as usize].bounds.half_area();
-        roots.sort_by(|&a, &b| {
-            self.of_node(a).count.cmp(&self.of_node(b).count).then_with(|| area(b).total_cmp(&area(a)))
-        });
-    }
-
-    /// The roots that the eight slots of a wide node are filled with.
-    fn children(&self, node: u32, roots: &mut Vec<u32>) {
-        match self.binary.nodes()[node as usize].link.target() {
-            // Only the root of the whole can be a leaf here.
-            Target::Node(first) if !self.is_leaf(node) => self.share(first, LANES, roots),
-            _ => roots.push(node),
-        }
-    }
-
-    fn share(&self, first: u32, slots: usize, roots: &mut Vec<u32>) {
-        let (left, right) = (self.of_node(first), self.of_node(first + 1));
-        let (to_left, _) = best_share(left, right, slots);
-        self.fill(first, to_left, roots);
-        self.fill(first + 1, slots - to_left, roots);
-    }
-
-    fn fill(&self, node: u32, mut slots: usize, roots: &mut Vec<u32>) {
-        let least = &self.of_node(node).roots;
-        // More slots than help are not taken.
-        while slots > 1 && least[slots - 1] >= least[slots - 2] {
-            slots -= 1;
-        }
-        match self.binary.nodes()[node as usize].link.target() {
-            Target::Node(first) if slots > 1 => self.share(first, slots, roots),
-            _ => roots.push(node),
-        }
+    #[inline(always)]
+    fn units(&self, primitives: u32) -> usize {
+        (primitives as usize).div_ceil(self.unit_size)
     }
 }
 
-/// How many of the slots go to the left child, and what both cost then.
-fn best_share(left: &Least, right: &Least, slots: usize) -> (usize, f32) {
-    let mut best = (1, f32::INFINITY);
-    for to_left in 1..slots {
-        let cost = left.roots[to_left.min(LANES - 1) - 1] + right.roots[(slots - to_left).min(LANES - 1) - 1];
-        if cost < best.1 {
-            best = (to_left, cost);
+/// What leaves lead to.
+pub(crate) trait Units: Send + Sync {
+    /// Makes units of the primitives of one leaf more, given their places, and numbers them from 0 on.
+    fn add(&mut self, places: Range<u32>) -> Range<u32>;
+
+    /// An empty list, for a part of the tree.
+    fn part(&self) -> Self;
+
+    /// The units of a part follow.
+    fn append(&mut self, part: Self);
+}
+
+/// Collapses a binary tree. The leaves are added to `units` in their order.
+pub(crate) fn collapse<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U) -> WideTree {
+    write(binary, costs, threads, units, binary.node_count() > SMALL)
+}
+
+fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U, in_parts: bool) -> WideTree {
+    if binary.nodes().is_empty() {
+        return WideTree::default();
+    }
+    // Wide nodes are about an eighth as many.
+    threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
+    let least = Least::of(binary, costs, threads);
+    if threads.is_cancelled() {
+        return WideTree::default();
+    }
+    let roots = Roots { binary, least: &least, found: Vec::with_capacity(LANES) };
+    let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
+    let mut parts: Vec<(u32, Option<Part<U>>)> = of_parts.into_iter().map(|root| (root, None)).collect();
+    let empty = units.part();
+    threads.for_each(&mut parts, PARTS, &|_, (root, part)| {
+        let mut written = Part { nodes: Vec::new(), units: empty.part(), unit_count: 0 };
+        if !threads.is_cancelled() {
+            written.write(*root, roots.clone(), &mut std::iter::empty());
+            threads.tick(written.nodes.len());
+        }
+        *part = Some(written);
+    });
+    if threads.is_cancelled() {
+        return WideTree::default();
+    }
+    let mut whole = Part { nodes: Vec::new(), units: empty, unit_count: 0 };
+    if !parts.is_empty() {
+        let below: usize = parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum();
+        whole.nodes = with_room(below + MOST_ABOVE);
+    }
+    whole.write(0, roots, &mut parts.into_iter().filter_map(|(_, part)| part));
+    whole.nodes.shrink_to_fit();
+    units.append(whole.units);
+    WideTree { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
+}
+
+/// The most nodes above the parts.
+const MOST_ABOVE: usize = 1 + LANES + LANES * LANES;
+const _: () = assert!(DEPTH_OF_PARTS == 3);
+
+/// A subtree, numbered from 0 on.
+struct Part<U> {
+    nodes: Vec<WideNode>,
+    units: U,
+    unit_count: u32,
+}
+
+impl<U: Units> Part<U> {
+    /// Writes the subtree of a binary node, depth first. As long as there are parts, they stand for what is so far down.
+    fn write(&mut self, root: u32, mut roots: Roots<'_>, parts: &mut impl Iterator<Item = Self>) {
+        let mut open = vec![(root, u32::MAX, 0)];
+        while let Some((from, parent_lane, depth)) = open.pop() {
+            let number = self.nodes.len() as u32;
+            if number > 0 {
+                let (parent, lane) = (parent_lane as usize / LANES, parent_lane as usize % LANES);
+                self.nodes[parent].links[lane] = WideLink::node(number).bits();
+            }
+            if depth == DEPTH_OF_PARTS
+                && let Some(part) = parts.next()
+            {
+                self.append(part, parent_lane);
+                continue;
+            }
+            let mut node = WideNode::new(parent_lane);
+            roots.below(from);
+            let before = open.len();
+            for (lane, root) in roots.found.iter().enumerate() {
+                node.set_box(lane, &roots.binary.nodes()[root.node as usize].bounds);
+                node.in_use |= 1 << lane;
+                match &root.leaf {
+                    Some(places) => {
+                        let units = self.units.add(places.clone());
+                        self.unit_count = units.end;
+                        node.links[lane] = WideLink::units(units).bits();
+                    }
+                    None => open.push((root.node, number * LANES as u32 + lane as u32, depth + 1)),
+                }
+            }
+            // The first lane comes next, so that a subtree stands together.
+            open[before..].reverse();
+            self.nodes.push(node);
         }
     }
-    best
+
+    fn append(&mut self, part: Self, parent_lane: u32) {
+        let (first_node, first_unit) = (self.nodes.len() as u32, self.unit_count);
+        for mut node in part.nodes {
+            for link in &mut node.links[..node.in_use.count_ones() as usize] {
+                *link = WideLink::from_bits(*link).moved(first_node, first_unit).bits();
+            }
+            node.parent_lane = match node.parent_lane {
+                u32::MAX => parent_lane,
+                lane => lane + first_node * LANES as u32,
+            };
+            self.nodes.push(node);
+        }
+        self.unit_count += part.unit_count;
+        self.units.append(part.units);
+    }
+}
+
+/// What a lane of a wide node leads to.
+#[derive(Clone)]
+struct Root {
+    node: u32,
+    /// What a ray that enters its box is expected to cost.
+    cost: f32,
+    /// The places of its primitives, if it becomes a leaf.
+    leaf: Option<Range<u32>>,
+}
+
+#[derive(Clone)]
+struct Roots<'a> {
+    binary: &'a Bvh,
+    least: &'a Least<'a>,
+    found: Vec<Root>,
+}
+
+impl Roots<'_> {
+    /// The roots of the parts, in their order.
+    fn of_parts(mut self) -> Vec<u32> {
+        let mut parts = Vec::new();
+        let mut open = vec![(0, 0)];
+        while let Some((from, depth)) = open.pop() {
+            if depth == DEPTH_OF_PARTS {
+                parts.push(from);
+                continue;
+            }
+            self.below(from);
+            open.extend(self.found.iter().rev().filter(|root| root.leaf.is_none()).map(|root| (root.node, depth + 1)));
+        }
+        parts
+    }
+
+    /// Finds what the eight slots of a wide node are filled with: those that cost less come first, and of equal ones those that came first before. Where any hit will do, they are the
+    /// soonest looked through, and a few large triangles hide most.
+    fn below(&mut self, node: u32) {
+        self.found.clear();
+        let subtree = self.of_node(node);
+        match self.binary.nodes()[node as usize].link.target() {
+            // Only the root of the whole can be a leaf here.
+            Target::Node(first) if subtree.leaf().is_none() => self.share(first, LANES),
+            _ => self.push(node, &subtree),
+        }
+    }
+
+    fn of_node(&self, node: u32) -> Subtree {
+        self.least.of_node(node).expect("all pairs are known unless somebody cancels")
+    }
+
+    fn share(&mut self, first: u32, slots: usize) {
+        let (left, right) = (self.of_node(first), self.of_node(first + 1));
+        let (mut to_left, mut least) = (1, f32::INFINITY);
+        for share in 1..slots {
+            let cost = left.roots[share - 1] + right.roots[slots - share - 1];
+            if cost < least {
+                (to_left, least) = (share, cost);
+            }
+        }
+        self.fill(first, to_left, &left);
+        self.fill(first + 1, slots - to_left, &right);
+    }
+
+    fn fill(&mut self, node: u32, mut slots: usize, subtree: &Subtree) {
+        // More slots than help are not taken.
+        while slots > 1 && subtree.roots[slots - 1] >= subtree.roots[slots - 2] {
+            slots -= 1;
+        }
+        match self.binary.nodes()[node as usize].link.target() {
+            Target::Node(first) if slots > 1 => self.share(first, slots),
+            _ => self.push(node, subtree),
+        }
+    }
+
+    fn push(&mut self, node: u32, subtree: &Subtree) {
+        let area = self.binary.nodes()[node as usize].bounds.half_area();
+        let cost = if area > 0.0 { subtree.roots[0] / area } else { 0.0 };
+        let mut at = self.found.len();
+        while at > 0 && cost.total_cmp(&self.found[at - 1].cost).is_lt() {
+            at -= 1;
+        }
+        self.found.insert(at, Root { node, cost, leaf: subtree.leaf() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build;
+    use crate::geometry::Aabb;
+    use crate::wide::mesh::COSTS;
+
+    /// As many primitives as there are, in the order of the leaves.
+    #[derive(Default, PartialEq, Debug)]
+    struct Places(Vec<u32>);
+
+    impl Units for Places {
+        fn add(&mut self, places: Range<u32>) -> Range<u32> {
+            let first = self.0.len() as u32;
+            self.0.push(places.start);
+            first..first + 1
+        }
+
+        fn part(&self) -> Self {
+            Self::default()
+        }
+
+        fn append(&mut self, part: Self) {
+            self.0.extend(part.0);
+        }
+    }
+
+    #[test]
+    fn a_tree_written_in_parts_is_the_one_written_at_one_go() {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1 << 24) as f32
+        };
+        for count in [1, 2, 9, 60, 700, 9000] {
+            let boxes: Vec<Aabb> = (0..count)
+                .map(|_| {
+                    let corner = [random(), random(), random()];
+                    Aabb::new(corner, corner.map(|x| x + 0.02 * random()))
+                })
+                .collect();
+            let binary = build::clustered(count, |i| boxes[i as usize], &build::BuildOptions::default());
+            let (mut places, mut in_parts) = (Places::default(), Places::default());
+            let tree = write(&binary, &COSTS, &Threads::one(), &mut places, false);
+            let other = write(&binary, &COSTS, &Threads::default(), &mut in_parts, true);
+            assert_eq!(tree.nodes(), other.nodes(), "{count}");
+            assert_eq!((tree.unit_count(), places), (other.unit_count(), in_parts), "{count}");
+            tree.validate().unwrap();
+        }
+    }
 }

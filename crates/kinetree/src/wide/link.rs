@@ -51,6 +51,15 @@ impl WideLink {
         Self(LEAF | (count - 1) << Self::COUNT_SHIFT | range.start)
     }
 
+    /// Where this leads when what it leads to comes so many nodes, or units, further behind.
+    #[inline]
+    pub(super) fn moved(self, nodes: u32, units: u32) -> Self {
+        match self.target() {
+            WideTarget::Node(node) => Self::node(node + nodes),
+            WideTarget::Units(range) => Self::units(range.start + units..range.end + units),
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn from_bits(bits: u32) -> Self {
         Self(bits)

@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::block::BLOCK;
 use super::collapse::{Costs, collapse};
+use super::leaves::Leaves;
 use super::refit::{Plan, Swept};
 use super::{TriangleBlock, WideTree, WideViolation};
 use crate::arena::with_room;
@@ -37,25 +38,11 @@ impl WideMesh {
         Self::new_watched(binary, triangles, &Threads::one())
     }
 
-    /// The same for whoever watches these threads; nothing is shared between them. When cancelled, any tree at all.
+    /// The same on these threads. When cancelled, any tree at all.
     pub(crate) fn new_watched(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
-        let mut blocks = with_room(binary.primitives().len() / 2 + 1);
-        let mut distinct: Vec<u32> = Vec::new();
-        let tree = collapse(binary, &COSTS, threads, |places| {
-            let first = blocks.len() as u32;
-            let mut primitives = &binary.primitives()[places.start as usize..places.end as usize];
-            // Pieces of the same triangle may meet again in a leaf.
-            if binary.has_duplicates() {
-                distinct.clear();
-                distinct.extend_from_slice(primitives);
-                distinct.sort_unstable();
-                distinct.dedup();
-                primitives = &distinct;
-            }
-            blocks.extend(primitives.chunks(BLOCK).map(|four| TriangleBlock::new(four, |i| triangles.get(i))));
-            first..blocks.len() as u32
-        });
-        blocks.shrink_to_fit();
+        let mut leaves = Leaves::of(binary);
+        let tree = collapse(binary, &COSTS, threads, &mut leaves);
+        let blocks = leaves.blocks(triangles, threads);
         Self { tree, blocks, triangles: binary.primitive_count() as u32, ..Self::default() }
     }
 

@@ -4,6 +4,8 @@ mod block;
 mod bytes;
 mod collapse;
 mod instance;
+mod least;
+mod leaves;
 mod link;
 mod mesh;
 mod node;

@@ -1,6 +1,8 @@
 //! A wide tree over instances.
 
-use super::collapse::{Costs, collapse};
+use std::ops::Range;
+
+use super::collapse::{Costs, Units, collapse};
 use super::{WideTree, WideViolation};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
@@ -17,16 +19,35 @@ pub struct WideTop {
     instances: Vec<u32>,
 }
 
+/// The numbers of instances, in the order of the leaves.
+struct Instances<'a> {
+    primitives: &'a [u32],
+    list: Vec<u32>,
+}
+
+impl Units for Instances<'_> {
+    fn add(&mut self, places: Range<u32>) -> Range<u32> {
+        let first = self.list.len() as u32;
+        self.list.extend_from_slice(&self.primitives[places.start as usize..places.end as usize]);
+        first..self.list.len() as u32
+    }
+
+    fn part(&self) -> Self {
+        Self { primitives: self.primitives, list: Vec::new() }
+    }
+
+    fn append(&mut self, part: Self) {
+        self.list.extend_from_slice(&part.list);
+    }
+}
+
 impl WideTop {
     /// Collapses a binary tree over instances, each alone in its leaf.
     pub(crate) fn new(binary: &Bvh) -> Self {
-        let mut instances = Vec::with_capacity(binary.primitives().len());
-        let tree = collapse(binary, &COSTS, &Threads::one(), |places| {
-            let first = instances.len() as u32;
-            instances.extend(&binary.primitives()[places.start as usize..places.end as usize]);
-            first..instances.len() as u32
-        });
-        Self { tree, instances }
+        let mut instances =
+            Instances { primitives: binary.primitives(), list: Vec::with_capacity(binary.primitives().len()) };
+        let tree = collapse(binary, &COSTS, &Threads::one(), &mut instances);
+        Self { tree, instances: instances.list }
     }
 
     /// Becomes a copy, in the memory that is there.

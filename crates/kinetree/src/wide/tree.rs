@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::node::LANES;
-use super::{WideLink, WideNode, WideTarget};
+use super::{WideNode, WideTarget};
 use crate::geometry::Aabb;
 use crate::tree::MAX_DEPTH;
 
@@ -208,10 +208,5 @@ impl WideTree {
             }
         }
         Ok(())
-    }
-
-    pub(super) fn link_of_lane(&mut self, parent_lane: u32, link: WideLink) {
-        let (node, lane) = (parent_lane as usize / LANES, parent_lane as usize % LANES);
-        self.nodes[node].links[lane] = link.bits();
     }
 }

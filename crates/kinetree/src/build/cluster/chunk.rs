@@ -1,6 +1,6 @@
 //! Clustering a stretch of the curve: every branch of the tree that the codes make is merged down to a few clusters before its parent is.
 
-use super::front::{FEW, FULL, Front, Merger};
+use super::front::{FEW, FULL, Front, Merger, NEAR, RADIUS};
 use super::pair::{Cluster, Kind, Pair};
 use crate::geometry::Aabb;
 use crate::simd::Level;
@@ -71,7 +71,13 @@ impl Work<'_> {
             self.waiting.drain(before..).for_each(|cluster| self.front.push(&cluster));
         }
         let Task { leaf_limit, node_cost, level, .. } = *self.task;
-        self.front.reduce(FEW, level, &mut Merger { pairs: self.pairs, chains: self.keys, leaf_limit, node_cost });
+        let radius = if end - start <= FULL { NEAR } else { RADIUS };
+        self.front.reduce(
+            FEW,
+            radius,
+            level,
+            &mut Merger { pairs: self.pairs, chains: self.keys, leaf_limit, node_cost },
+        );
         self.waiting.extend(self.front.clusters());
     }
 }

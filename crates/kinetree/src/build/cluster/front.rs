@@ -1,7 +1,7 @@
 //! A few dozen clusters in the order of the curve, ready to be merged.
 //!
-//! Each looks a few places to both sides for the partner with which it makes the smallest box, eight clusters at a step; those that choose each other merge,
-//! all at the same time, until few enough are left.
+//! Each looks a few places to both sides for the partner with which it makes the smallest box, eight clusters at a step; the box around two is measured once,
+//! for both. Those that choose each other merge, all at the same time, until few enough are left.
 
 use super::pair::{Cluster, Kind, Pair};
 use crate::geometry::Aabb;
@@ -13,8 +13,11 @@ pub(super) const FULL: usize = 64;
 /// How many it is merged down to before it is joined with its neighbour.
 pub(super) const FEW: usize = FULL / 2;
 
-/// How far a cluster looks to each side.
-const RADIUS: usize = 6;
+/// How far a cluster looks to each side, at most.
+pub(super) const RADIUS: usize = 6;
+
+/// How far a single primitive looks. Further has not made better trees.
+pub(super) const NEAR: usize = 4;
 
 const LANES: usize = 8;
 
@@ -24,12 +27,21 @@ const ROOM: usize = MARGIN + FULL + MARGIN;
 
 const _: () = assert!(RADIUS + LANES <= MARGIN && FULL % LANES == 0);
 
+/// The last bits of an area make room for the place of a neighbour: from 1 for the leftmost to twice the radius for the rightmost.
+const PLACE_MASK: u32 = 15;
+const _: () = assert!(2 * RADIUS as u32 <= PLACE_MASK);
+
+/// No neighbour at all: before every one with an area beyond measure.
+const ALONE: u32 = f32::INFINITY.to_bits();
+
 /// Clusters, their boxes one plane at a time.
 pub(super) struct Front {
     len: usize,
     min: [[f32; ROOM]; 3],
     max: [[f32; ROOM]; 3],
     kinds: [Kind; FULL],
+    /// `areas[distance - 1][left]`: the bits of the area around two that stand so far apart, but for the last ones.
+    areas: [[u32; ROOM]; RADIUS],
 }
 
 /// What merging clusters needs to know, and where it writes to.
@@ -49,6 +61,7 @@ impl Front {
             min: [[f32::NEG_INFINITY; ROOM]; 3],
             max: [[f32::INFINITY; ROOM]; 3],
             kinds: [Kind::default(); FULL],
+            areas: [[ALONE; ROOM]; RADIUS],
         }
     }
 
@@ -70,10 +83,10 @@ impl Front {
         (0..self.len).map(|at| self.cluster(at))
     }
 
-    /// Merges until no more than `few` are left.
-    pub(super) fn reduce(&mut self, few: usize, level: Level, merger: &mut Merger<'_>) {
+    /// Merges until no more than `few` are left; each looks at most `radius` places to both sides.
+    pub(super) fn reduce(&mut self, few: usize, radius: usize, level: Level, merger: &mut Merger<'_>) {
         if self.len > few {
-            level.run(Reduce { front: self, few, merger });
+            level.run(Reduce { front: self, few, radius, merger });
         }
     }
 
@@ -101,32 +114,39 @@ impl Front {
     ///
     /// Of all pairs with the least area, the first one chooses each other, so there is always something to merge unless all areas are beyond measure.
     #[inline(always)]
-    fn partners(&self) -> [u32; FULL] {
+    fn partners(&mut self, radius: usize) -> [u32; FULL] {
+        let radius = radius.min(RADIUS);
+        for first in (0..self.len).step_by(LANES) {
+            let own = lanes(&self.min, &self.max, MARGIN + first);
+            for distance in 1..=radius {
+                let areas = joint_areas(&own, &lanes(&self.min, &self.max, MARGIN + first + distance));
+                let place = &mut self.areas[distance - 1][MARGIN + first..][..LANES];
+                for lane in 0..LANES {
+                    place[lane] = areas[lane].to_bits() & !PLACE_MASK;
+                }
+            }
+        }
         let mut partners = [0; FULL];
         for first in (0..self.len).step_by(LANES) {
-            let own = self.lanes(MARGIN + first);
-            let mut least = [f32::INFINITY; LANES];
-            let mut offset = [RADIUS as u32; LANES];
-            for step in (0..RADIUS).chain(RADIUS + 1..2 * RADIUS + 1) {
-                let other = self.lanes(MARGIN + first + step - RADIUS);
-                let area = joint_areas(&own, &other);
+            let mut best = [ALONE; LANES];
+            for distance in 1..=radius {
+                let areas = &self.areas[distance - 1];
+                let on_the_left = &areas[MARGIN + first - distance..][..LANES];
+                let on_the_right = &areas[MARGIN + first..][..LANES];
                 for lane in 0..LANES {
-                    let better = area[lane] < least[lane];
-                    least[lane] = if better { area[lane] } else { least[lane] };
-                    offset[lane] = if better { step as u32 } else { offset[lane] };
+                    let left = on_the_left[lane] | (RADIUS + 1 - distance) as u32;
+                    let right = on_the_right[lane] | (RADIUS + distance) as u32;
+                    best[lane] = best[lane].min(left).min(right);
                 }
             }
             for lane in 0..LANES {
-                partners[first + lane] = (first + lane) as u32 + offset[lane] - RADIUS as u32;
+                let place = best[lane] & PLACE_MASK;
+                let skips_own = u32::from(place > RADIUS as u32);
+                let step = if place == 0 { RADIUS as u32 + 1 } else { place + skips_own };
+                partners[first + lane] = (first + lane) as u32 + step - (RADIUS as u32 + 1);
             }
         }
         partners
-    }
-
-    #[inline(always)]
-    fn lanes(&self, from: usize) -> [&[f32; LANES]; 6] {
-        let [min, max] = [&self.min, &self.max].map(|side| side.each_ref().map(|plane| eight(plane, from)));
-        [min[0], min[1], min[2], max[0], max[1], max[2]]
     }
 
     /// Merges those who chose each other.
@@ -160,6 +180,19 @@ impl Front {
         }
         self.shorten(left);
     }
+}
+
+/// The boxes of eight clusters in a row: lower planes, then upper ones.
+#[inline(always)]
+fn lanes<'a>(min: &'a [[f32; ROOM]; 3], max: &'a [[f32; ROOM]; 3], from: usize) -> [&'a [f32; LANES]; 6] {
+    [
+        eight(&min[0], from),
+        eight(&min[1], from),
+        eight(&min[2], from),
+        eight(&max[0], from),
+        eight(&max[1], from),
+        eight(&max[2], from),
+    ]
 }
 
 /// Eight in a row.
@@ -223,6 +256,7 @@ impl Merger<'_> {
 struct Reduce<'a, 'b> {
     front: &'a mut Front,
     few: usize,
+    radius: usize,
     merger: &'a mut Merger<'b>,
 }
 
@@ -231,10 +265,10 @@ impl Kernel for Reduce<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { front, few, merger } = self;
+        let Self { front, few, radius, merger } = self;
         while front.len > few {
             let before = front.len;
-            let partners = front.partners();
+            let partners = front.partners(radius);
             front.merge(&partners, merger);
             if front.len == before {
                 // Areas beyond measure: neighbours.

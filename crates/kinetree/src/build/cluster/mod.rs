@@ -23,7 +23,7 @@ use super::grow::unfinished;
 use super::morton::Curve;
 use super::radix_sort::sort;
 use super::reference::GRAIN;
-use crate::arena::with_room;
+use crate::arena::{Piece, written};
 use crate::geometry::Aabb;
 use crate::simd::Level;
 use crate::threads::Threads;
@@ -31,6 +31,9 @@ use crate::tree::Bvh;
 
 /// Bits of a code, at most: finer ones cost a pass of sorting and gain nothing.
 const CODE_BITS: u32 = 44;
+
+/// Boxes and codes that are made at one go, by one thread.
+const PIECE: usize = 4096;
 
 /// A tree over primitives 0, 1, ... below `count`, whose boxes `bounds_of` knows. Primitives with an empty box are left out. The same tree
 /// for any number of threads, and on any processor.
@@ -44,9 +47,7 @@ pub fn clustered(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: 
 fn clustered_at(level: Level, count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: &BuildOptions) -> Bvh {
     assert!(count <= pair::MAX_PRIMITIVES, "{count} primitives have no room in a tree");
     let threads = &options.threads;
-    let mut boxes = with_room(count);
-    boxes.resize(count, Aabb::EMPTY);
-    let survey = Survey::fill(&mut boxes, 0, &bounds_of, threads);
+    let (boxes, survey) = Survey::of(count, &bounds_of, threads);
     if survey.primitives == 0 {
         return Bvh::default();
     }
@@ -98,24 +99,24 @@ struct Survey {
 }
 
 impl Survey {
-    fn fill(boxes: &mut [Aabb], first: u32, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> Self {
-        if boxes.len() > GRAIN {
-            let (one, other) = boxes.split_at_mut(boxes.len() / 2);
-            let middle = first + one.len() as u32;
-            let (one, other) = threads
-                .join(|| Self::fill(one, first, bounds_of, threads), || Self::fill(other, middle, bounds_of, threads));
-            return Self { centers: one.centers.union(&other.centers), primitives: one.primitives + other.primitives };
-        }
-        let mut survey = Self { centers: Aabb::EMPTY, primitives: 0 };
-        for (id, place) in (first..).zip(boxes) {
-            let bounds = bounds_of(id);
-            if holds_something(&bounds) {
-                survey.centers = survey.centers.extended(bounds.center());
-                survey.primitives += 1;
-                *place = bounds;
+    /// All boxes, those without a point empty, and what has to be known of them.
+    fn of(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> (Vec<Aabb>, Self) {
+        let (boxes, parts) = written(count, PIECE, threads, &|first, piece| {
+            let mut part = Self { centers: Aabb::EMPTY, primitives: 0 };
+            for id in first..first + piece.size() {
+                let bounds = bounds_of(id as u32);
+                let is_there = holds_something(&bounds);
+                if is_there {
+                    part.centers = part.centers.extended(bounds.center());
+                    part.primitives += 1;
+                }
+                piece.push(if is_there { bounds } else { Aabb::EMPTY });
             }
-        }
-        survey
+            part
+        });
+        let both =
+            |a: Self, b: Self| Self { centers: a.centers.union(&b.centers), primitives: a.primitives + b.primitives };
+        (boxes, parts.into_iter().fold(Self { centers: Aabb::EMPTY, primitives: 0 }, both))
     }
 
     /// For each primitive its place on the curve, and its number.
@@ -125,10 +126,10 @@ impl Survey {
         if self.primitives < boxes.len() {
             return (0..boxes.len()).filter(|&id| holds_something(&boxes[id])).map(key).collect();
         }
-        let mut keys = with_room(boxes.len());
-        keys.resize(boxes.len(), 0);
-        threads.for_each(&mut keys, GRAIN, &|id, place| *place = key(id));
-        keys
+        let write = |first: usize, piece: &mut Piece<'_, u64>| {
+            (first..first + piece.size()).for_each(|id| piece.push(key(id)));
+        };
+        written(boxes.len(), PIECE, threads, &write).0
     }
 }
 

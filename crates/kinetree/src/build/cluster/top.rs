@@ -3,7 +3,7 @@
 use super::super::reference::GRAIN;
 use super::chunk::Chunk;
 use super::emit::{self, Subtree, balanced_height};
-use super::front::{FEW, Front, Merger};
+use super::front::{FEW, Front, Merger, RADIUS};
 use super::pair::{Cluster, Half, Kind, Pair, half};
 use crate::arena::with_room;
 use crate::geometry::Aabb;
@@ -82,7 +82,7 @@ impl Top {
                     let both = chunks.pop().unwrap_or(0) + chunks.pop().unwrap_or(0);
                     front.clear();
                     waiting.drain(waiting.len() - both..).for_each(|cluster| front.push(&cluster));
-                    front.reduce(FEW, self.level, &mut merger);
+                    front.reduce(FEW, RADIUS, self.level, &mut merger);
                     let before = waiting.len();
                     waiting.extend(front.clusters());
                     chunks.push(waiting.len() - before);
@@ -91,7 +91,7 @@ impl Top {
         }
         front.clear();
         waiting.iter().for_each(|cluster| front.push(cluster));
-        front.reduce(1, self.level, &mut merger);
+        front.reduce(1, RADIUS, self.level, &mut merger);
         front.clusters().next().expect("there is a primitive, and so a cluster")
     }
 }

@@ -16,9 +16,9 @@ use crate::threads::Threads;
 /// The value is that of Stich et al. 2009.
 const OVERLAP_THAT_MATTERS: f32 = 1e-5;
 
-/// Sets of at most this many, two blocks, are not cut: a piece more in a block that is not full seems to cost nothing, so nearly all would be, and the trees
-/// came out a third larger and no better.
-const TOO_FEW: usize = 8;
+/// Sets of at most this many are not cut: among so few, planes are seldom worth it (one set in a hundred is cut, and rays gain nothing), but would take more than
+/// half of the time.
+const TOO_FEW: usize = 128;
 
 pub(super) struct Chosen<'a> {
     parts: Parts<'a>,
@@ -40,6 +40,10 @@ impl<'a> Chosen<'a> {
     }
 
     fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+        // A box costs more than all the tests behind it.
+        if count <= self.leaf_limit && tests(count as u32) <= self.node_cost {
+            return Cut::Leaf;
+        }
         let room = references.len() - count;
         let area = bounds.half_area();
         let object = ObjectCut::best(&mut references[..count], &tests, threads);

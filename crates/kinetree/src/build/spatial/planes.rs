@@ -12,11 +12,11 @@ use crate::build::reference::{GRAIN, Reference};
 use crate::geometry::{Aabb, Triangle};
 use crate::threads::Threads;
 
-/// Slabs per axis, at most.
+/// Slabs per axis.
 const BINS: usize = 16;
 
-/// Sets up to this size get half as many.
-const FEW: usize = 64;
+/// Of larger sets, every other, every third and so on is looked at, so that at least this many are: enough to find the plane. What it costs is then found out from all.
+const ENOUGH: usize = 1024;
 
 /// A plane to cut at, and what that would cost.
 pub(super) struct Plane {
@@ -26,7 +26,7 @@ pub(super) struct Plane {
     pub(super) position: f32,
 }
 
-/// The cheapest plane that makes no more than `room` references more.
+/// The plane that seems cheapest, and what it costs, if it makes no more than `room` references more.
 pub(super) fn best_plane(
     references: &[Reference],
     bounds: &Aabb,
@@ -34,18 +34,51 @@ pub(super) fn best_plane(
     parts: &Parts<'_>,
     threads: &Threads,
 ) -> Option<Plane> {
-    let slabs = Slabs::of(bounds, if references.len() <= FEW { BINS / 2 } else { BINS });
-    let fill = |piece: &[Reference]| {
-        let mut bins = Bins::default();
-        piece.iter().for_each(|reference| bins.add(&slabs, reference, parts));
-        bins
-    };
-    let bins = threads.reduce(references, GRAIN, &fill, &Bins::merged);
+    let slabs = Slabs::of(bounds);
+    let every = (references.len() / ENOUGH).max(1);
+    let mut bins = Bins::default();
+    references.iter().step_by(every).for_each(|reference| bins.add(&slabs, reference, parts));
+    let looked_at = references.len().div_ceil(every);
     let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
-        let (cost, bin) = bins.best_plane(axis, slabs.count, references.len() + room)?;
+        let (cost, bin) = bins.best_plane(axis, looked_at + room / every)?;
         Some(Plane { cost, axis, position: slabs.plane(axis, bin) })
     });
-    best.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    let best = best.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    if every == 1 { Some(best) } else { best.measured(references, room, parts, threads) }
+}
+
+impl Plane {
+    /// With what it costs to cut all references; nothing if there is not enough room for that.
+    fn measured(self, references: &[Reference], room: usize, parts: &Parts<'_>, threads: &Threads) -> Option<Self> {
+        let empty = [(FastBox::EMPTY, 0); 2];
+        let both = |[below, above]: [(FastBox, u32); 2], [more_below, more_above]: [(FastBox, u32); 2]| {
+            [
+                (below.0.union(&more_below.0), below.1 + more_below.1),
+                (above.0.union(&more_above.0), above.1 + more_above.1),
+            ]
+        };
+        let around = |piece: &[Reference]| {
+            let mut sides = empty;
+            for one in piece {
+                let bounds = FastBox::of(one);
+                if one.bounds.max[self.axis] <= self.position {
+                    sides[0] = (sides[0].0.union(&bounds), sides[0].1 + 1);
+                } else if one.bounds.min[self.axis] >= self.position {
+                    sides[1] = (sides[1].0.union(&bounds), sides[1].1 + 1);
+                } else {
+                    let halves = halves(self.position, self.axis, &parts.triangles().get(one.id));
+                    for (side, half) in sides.iter_mut().zip(halves.unwrap_or([bounds; 2])) {
+                        *side = (side.0.union(&half.intersection(&bounds)), side.1 + 1);
+                    }
+                }
+            }
+            sides
+        };
+        let [below, above] = threads.reduce(references, GRAIN, &around, &both);
+        let cost = below.0.half_area() * tests(below.1) + above.0.half_area() * tests(above.1);
+        let fits = (below.1 + above.1) as usize <= references.len() + room;
+        (fits && below.1 > 0 && above.1 > 0 && cost.is_finite()).then_some(Self { cost, ..self })
+    }
 }
 
 /// Equal pieces of space along each axis.
@@ -54,19 +87,18 @@ struct Slabs {
     width: [f32; 3],
     /// Slabs per metre; zero for an axis that is not divided.
     scale: [f32; 3],
-    count: usize,
 }
 
 impl Slabs {
-    fn of(bounds: &Aabb, count: usize) -> Self {
-        let width = bounds.extent().map(|length| length / count as f32);
+    fn of(bounds: &Aabb) -> Self {
+        let width = bounds.extent().map(|length| length / BINS as f32);
         let scale = width.map(|width| if width.is_normal() && width.recip().is_normal() { width.recip() } else { 0.0 });
-        Self { start: bounds.min, width, scale, count }
+        Self { start: bounds.min, width, scale }
     }
 
     #[inline(always)]
     fn bin(&self, axis: usize, x: f32) -> usize {
-        (((x - self.start[axis]) * self.scale[axis]) as usize).min(self.count - 1)
+        (((x - self.start[axis]) * self.scale[axis]) as usize).min(BINS - 1)
     }
 
     /// The lower plane of a slab.
@@ -122,7 +154,7 @@ impl Bins {
         reference: &Reference,
         parts: &Parts<'_>,
     ) {
-        let corners = parts.triangles().get(reference.id).corners.map(Vec3A::from);
+        let corners = parts.triangles().get(reference.id).corners;
         let mut pieces = [FastBox::EMPTY; BINS];
         for i in 0..3 {
             let (mut from, mut to) = (corners[i], corners[(i + 1) % 3]);
@@ -130,12 +162,14 @@ impl Bins {
                 std::mem::swap(&mut from, &mut to);
             }
             let (begin, end) = (slabs.bin(axis, from[axis]), slabs.bin(axis, to[axis]));
+            let (height, length) = (from[axis], to[axis] - from[axis]);
+            let (from, to) = (Vec3A::from(from), Vec3A::from(to));
             pieces[begin].extend(from);
             pieces[end].extend(to);
             if begin < end {
-                let step = (to - from) / (to[axis] - from[axis]);
+                let step = (to - from) / length;
                 for bin in begin.max(first)..end.min(last) {
-                    let crossing = from + step * (slabs.plane(axis, bin + 1) - from[axis]);
+                    let crossing = from + step * (slabs.plane(axis, bin + 1) - height);
                     pieces[bin].extend(crossing);
                     pieces[bin + 1].extend(crossing);
                 }
@@ -167,28 +201,18 @@ impl Bins {
         self.last[axis][to] += 1;
     }
 
-    fn merged(mut self, other: Self) -> Self {
-        let boxes = self.bounds.iter_mut().flatten().zip(other.bounds.iter().flatten());
-        boxes.for_each(|(one, more)| *one = one.union(more));
-        let firsts = self.first.iter_mut().flatten().zip(other.first.iter().flatten());
-        firsts.for_each(|(one, more)| *one += more);
-        let lasts = self.last.iter_mut().flatten().zip(other.last.iter().flatten());
-        lasts.for_each(|(one, more)| *one += more);
-        self
-    }
-
     /// What the cheapest plane of an axis costs, and the slab above it.
-    fn best_plane(&self, axis: usize, slabs: usize, most: usize) -> Option<(f32, usize)> {
+    fn best_plane(&self, axis: usize, most: usize) -> Option<(f32, usize)> {
         let mut above = [(0.0, 0); BINS];
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
-        for bin in (1..slabs).rev() {
+        for bin in (1..BINS).rev() {
             bounds = bounds.union(&self.bounds[axis][bin]);
             count += self.last[axis][bin];
             above[bin] = (bounds.half_area() * tests(count), count);
         }
         let mut best: Option<(f32, usize)> = None;
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
-        for bin in 1..slabs {
+        for bin in 1..BINS {
             bounds = bounds.union(&self.bounds[axis][bin - 1]);
             count += self.first[axis][bin - 1];
             let cost = bounds.half_area() * tests(count) + above[bin].0;
@@ -206,7 +230,8 @@ impl Bins {
 fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[FastBox; 2]> {
     // Which corner is alone on its side, by which corners are below.
     const ALONE: [usize; 8] = [0, 0, 1, 2, 2, 1, 0, 0];
-    let is_below = |corner: usize| usize::from(triangle.corners[corner][axis] <= plane);
+    let height = |corner: usize| triangle.corners[corner][axis];
+    let is_below = |corner: usize| usize::from(height(corner) <= plane);
     let below = is_below(0) | is_below(1) << 1 | is_below(2) << 2;
     if below == 0 || below == 7 {
         return None;
@@ -217,7 +242,8 @@ fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[FastBox; 2]> 
     here.extend(tip);
     for step in 1..3 {
         let other = Vec3A::from(triangle.corners[(alone + step) % 3]);
-        let crossing = tip + (other - tip) * ((plane - tip[axis]) / (other[axis] - tip[axis]));
+        let along = (plane - height(alone)) / (height((alone + step) % 3) - height(alone));
+        let crossing = tip + (other - tip) * along;
         there.extend(other);
         here.extend(crossing);
         there.extend(crossing);
