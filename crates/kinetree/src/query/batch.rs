@@ -7,7 +7,7 @@ use crate::geometry::{Ray, Sheared, TriangleHit};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel, Work,
-    octants, rows_of, walk_packet,
+    lanes_of, octants, walk_packet,
 };
 use crate::wide::{InstanceRecord, WideLink};
 
@@ -116,15 +116,23 @@ struct Nearest {
     v: Column,
     back: u64,
     found: u64,
-    primitive: [u32; PACKET],
-    instance: [u32; PACKET],
+    /// Numbers, as bits.
+    primitive: Column,
+    instance: Column,
 }
 
 impl Nearest {
+    #[inline(always)]
     fn new(t_max: Column) -> Self {
         let zero = Column::splat(0.0);
-        let none = [u32::MAX; PACKET];
+        let none = Column::splat(f32::from_bits(u32::MAX));
         Self { t: t_max, u: zero, v: zero, back: 0, found: 0, primitive: none, instance: none }
+    }
+
+    /// Instance and primitive.
+    #[inline(always)]
+    fn numbers(&self, ray: usize) -> (u32, u32) {
+        (self.instance.get(ray).to_bits(), self.primitive.get(ray).to_bits())
     }
 }
 
@@ -145,7 +153,7 @@ impl GatherRows for Nearest {
             ties &= ties - 1;
             let ray = row * 16 + lane;
             // The first hit of a ray can be as far as its end; no numbers are larger than those of no hit.
-            if (self.instance[ray], self.primitive[ray]) <= (instance, primitive) {
+            if self.numbers(ray) <= (instance, primitive) {
                 lanes &= !(1 << lane);
             }
         }
@@ -153,12 +161,8 @@ impl GatherRows for Nearest {
         isa.keep16(&mut self.t.0[row], lanes, hits.t);
         isa.keep16(&mut self.u.0[row], lanes, u);
         isa.keep16(&mut self.v.0[row], lanes, v);
-        for lane in 0..16 {
-            let (primitives, instances) = (&mut self.primitive[row * 16..][..16], &mut self.instance[row * 16..][..16]);
-            let taken = lanes >> lane & 1 == 1;
-            primitives[lane] = if taken { primitive } else { primitives[lane] };
-            instances[lane] = if taken { instance } else { instances[lane] };
-        }
+        isa.keep16(&mut self.primitive.0[row], lanes, isa.splat16(f32::from_bits(primitive)));
+        isa.keep16(&mut self.instance.0[row], lanes, isa.splat16(f32::from_bits(instance)));
         let lanes = u64::from(lanes) << (16 * row);
         self.found |= lanes;
         self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;
@@ -166,13 +170,12 @@ impl GatherRows for Nearest {
 
     #[cold]
     fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32) {
-        let (hit_key, best) =
-            ((hit.t, instance, primitive), (self.t.get(ray), self.instance[ray], self.primitive[ray]));
-        if hit_key < best {
+        if (hit.t, (instance, primitive)) < (self.t.get(ray), self.numbers(ray)) {
             self.t.set(ray, hit.t);
             self.u.set(ray, hit.u);
             self.v.set(ray, hit.v);
-            (self.primitive[ray], self.instance[ray]) = (primitive, instance);
+            self.primitive.set(ray, f32::from_bits(primitive));
+            self.instance.set(ray, f32::from_bits(instance));
             self.found |= 1 << ray;
             self.back = self.back & !(1 << ray) | u64::from(hit.back) << ray;
         }
@@ -182,7 +185,8 @@ impl GatherRows for Nearest {
     fn answer(&self, ray: usize) -> Option<Hit> {
         let hit =
             TriangleHit { t: self.t.get(ray), u: self.u.get(ray), v: self.v.get(ray), back: self.back >> ray & 1 == 1 };
-        (self.found >> ray & 1 == 1).then(|| Hit::new(&hit, self.primitive[ray], self.instance[ray]))
+        let (instance, primitive) = self.numbers(ray);
+        if self.found >> ray & 1 == 1 { Some(Hit::new(&hit, primitive, instance)) } else { None }
     }
 }
 
@@ -193,6 +197,7 @@ struct Any {
 }
 
 impl Any {
+    #[inline(always)]
     fn new(t_max: Column) -> Self {
         Self { t_max, found: 0 }
     }
@@ -247,13 +252,19 @@ impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G,
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u64 {
         let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
-        let planes = PacketPlanes::new(isa, &rays, &self.world.top.bounds(), Lean::INSTANCES);
-        let (gather, alone) = ((self.within)(t_max), planes.careful & set);
+        let gather = (self.within)(t_max);
         let mut visitor =
-            InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone };
-        for set in octants(set & !planes.careful, rays.negative) {
-            let interval = Interval::new(isa, &rays, &planes, set);
-            walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
+            InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone: 0 };
+        if self.world.top.instances().len() == 1 {
+            // The boxes in the root of its mesh say as much as its own.
+            visitor.leaf(isa, WideLink::units(0..1), set);
+        } else {
+            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), Lean::INSTANCES);
+            visitor.alone = planes.careful;
+            for set in octants(set & !planes.careful, rays.negative) {
+                let interval = Interval::new(isa, &rays, &planes, set);
+                walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
+            }
         }
         for (at, answer) in self.answers.iter_mut().enumerate() {
             *answer = visitor.gather.answer(at);
@@ -279,25 +290,33 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, isa: I, link: WideLink, set: u64) {
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
         let units = link.index()..link.index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
             let record = &self.world.instances[instance as usize];
             if record.mask & self.rules.mask == 0 {
                 continue;
             }
-            let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
+            let moved;
+            let (rays, set) = if record.identity {
+                (self.rays, set)
+            } else {
+                let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
+                moved = rays;
+                (&moved, set & sane)
+            };
             let mesh = &*self.world.meshes[record.mesh as usize];
-            let planes = PacketPlanes::new(isa, &rays, &mesh.bvh.bounds(), Lean::TRIANGLES);
-            self.alone |= planes.careful & set & sane;
-            let sheared = ShearedPacket::new(isa, &rays);
+            let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), Lean::TRIANGLES);
+            self.alone |= planes.careful;
+            let sheared = ShearedPacket::new(isa, rays);
             let counts = Counts { rules: self.rules, first: self.first, instance, record };
-            let mut visitor = InMesh { rays: &rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
-            for set in octants(set & sane & !planes.careful, rays.negative) {
-                let interval = Interval::new(isa, &rays, &planes, set);
-                walk_packet(isa, mesh.bvh.tree(), &rays, &planes, &interval, &mut visitor);
+            let mut visitor = InMesh { rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
+            for set in octants(set & !planes.careful, rays.negative) {
+                let interval = Interval::new(isa, rays, &planes, set);
+                walk_packet(isa, mesh.bvh.tree(), rays, &planes, &interval, &mut visitor);
             }
         }
+        true
     }
 }
 
@@ -316,7 +335,8 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, isa: I, link: WideLink, set: u64) {
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
+        let mut is_nearer = false;
         for unit in link.index()..link.index() + link.unit_count() {
             let block = self.mesh.bvh.block(unit);
             for along in 0..3 {
@@ -334,13 +354,19 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
                             corners[corner][axis] = isa.splat16(block.corners[corner][axes[axis] % 3][lane & 3]);
                         }
                     }
-                    for (row, lanes) in rows_of(set) {
-                        let primitive = block.primitives[lane & 3];
+                    let primitive = block.primitives[lane & 3];
+                    for row in 0..PACKET / 16 {
+                        let lanes = lanes_of(set, row);
+                        if lanes == 0 {
+                            continue;
+                        }
                         let mut hits =
                             self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
-                        if hits.lanes != 0 {
-                            hits.lanes = self.counts.of(isa, row, &hits, primitive);
+                        if hits.lanes | hits.on_edge == 0 {
+                            continue;
                         }
+                        is_nearer = true;
+                        hits.lanes = self.counts.of(isa, row, &hits, primitive);
                         if hits.lanes != 0 {
                             self.gather.take(isa, row, &hits, primitive, self.counts.instance);
                         }
@@ -351,6 +377,7 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
                 }
             }
         }
+        is_nearer
     }
 }
 

@@ -81,7 +81,7 @@ impl Kernel for Compare {
 
         // A box that a ray enters by itself is entered in the packet, and the interval does not rule it out.
         let mut entered = 0;
-        let planes = PacketPlanes::new(isa, &packet, &scene, Lean::TRIANGLES);
+        let planes = PacketPlanes::new(isa, &packet, set, &scene, Lean::TRIANGLES);
         for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
             let one = SafeRay::new(&ray, &scene, Lean::TRIANGLES);
             assert_eq!(planes.careful >> at & 1 == 1, one.needs_care(), "seed {seed}, {ray:?}");

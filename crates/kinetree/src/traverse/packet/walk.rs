@@ -13,8 +13,8 @@ pub(crate) trait PacketVisitor<I: Isa> {
     /// For each ray: boxes that are entered beyond this do not matter (any more). A ray that wants nothing has it before everything.
     fn t_max(&self) -> &Column;
 
-    /// The units of a leaf that these rays enter.
-    fn leaf(&mut self, isa: I, link: WideLink, set: u64);
+    /// The units of a leaf that these rays enter. Tells whether any ray's `t_max` may have come nearer.
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool;
 }
 
 /// Visits the leaves whose boxes are entered, each with the rays that do. The root's own box is not tested: its lanes are.
@@ -35,7 +35,7 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     // taken up, with the hits that are known by then.
     let mut stack = Stack::<(Entry, u64), WIDE_STACK>::new();
     let (mut at, mut set) = (0, interval.set);
-    let mut farthest = visitor.t_max().largest(isa, interval.set, f32::NEG_INFINITY);
+    let mut farthest = visitor.t_max().largest(isa, interval.set);
     loop {
         let (mask, entry) = interval.enter(isa, &nodes[at], isa.splat8(farthest));
         set_aside(&isa.store8(entry), mask, (at * LANES) as u32, set, &mut stack);
@@ -53,8 +53,9 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
             if !link.is_leaf() {
                 break (link.node_index(), set);
             }
-            visitor.leaf(isa, link, set);
-            farthest = visitor.t_max().largest(isa, interval.set, f32::NEG_INFINITY);
+            if visitor.leaf(isa, link, set) {
+                farthest = visitor.t_max().largest(isa, interval.set);
+            }
         };
     }
 }
