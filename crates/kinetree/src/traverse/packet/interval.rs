@@ -59,9 +59,11 @@ impl<I: Isa> Interval<I> {
         let mut axes = [nothing; 3];
         for axis in 0..3 {
             let [last, minus_first, most, minus_least] = ends[axis];
-            let most = most * (1.0 + WIDENED);
+            // Infinite ones would make no number of nothing.
+            let most = (most * (1.0 + WIDENED)).min(f32::MAX);
             let slack = (last.max(minus_first) * SLACK + farthest * planes.stray) * most + planes.parallel[axis];
-            let slack = slack * (1.0 + WIDENED);
+            // A little more, so that a box that rays only touch, at no distance, is left after it is entered.
+            let slack = (slack * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
             axes[axis] = Range {
                 sign: isa.splat8(if sides[axis] == 1 { -1.0 } else { 1.0 }),
                 last: isa.splat8(last),
@@ -75,10 +77,12 @@ impl<I: Isa> Interval<I> {
         Self { sides, set, axes }
     }
 
-    /// Which of the eight boxes may be entered before `t_max`, and where at the earliest.
+    /// Where the eight boxes may be entered at the earliest, and left at the latest or reached by `t_max`: entered are those where the first comes before the
+    /// second, by their bits ([`Isa::before8`]). `t_max` is not negative.
     #[inline(always)]
-    pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (u8, I::F8) {
-        let (mut entry, mut exit) = (isa.splat8(0.0), t_max);
+    pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: f32) -> (I::F8, I::F8) {
+        // What comes right after it.
+        let (mut entry, mut exit) = (isa.splat8(0.0), isa.splat8(f32::from_bits(t_max.to_bits() + 1)));
         for axis in 0..3 {
             let side = self.sides[axis] & 1;
             let Range { sign, last, first, least, most, slack, minus } = self.axes[axis];
@@ -86,11 +90,11 @@ impl<I: Isa> Interval<I> {
             let to = isa.mul_sub8(isa.load8(&node.planes[axis][side ^ 1]), sign, first);
             let from = isa.min8(isa.mul_sub8(from, least, slack), isa.mul_sub8(from, most, slack));
             let to = isa.max8(isa.mul_sub8(to, least, minus), isa.mul_sub8(to, most, minus));
-            // New value first: on NaN, `max` and `min` keep the second.
-            entry = isa.max8(from, entry);
-            exit = isa.min8(to, exit);
+            // None is not a number, and entries are not negative. The boxes of lanes that are not in use are inside out, and entered at infinity.
+            entry = isa.max_bits8(from, entry);
+            exit = isa.min_bits8(to, exit);
         }
-        (isa.le8(entry, exit) & node.in_use, entry)
+        (entry, exit)
     }
 }
 
