@@ -290,9 +290,6 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
     }
 
     #[inline(always)]
-    fn foresee(&self, _: I, _: WideLink) {}
-
-    #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
         let units = link.index()..link.index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
@@ -335,11 +332,6 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
     #[inline(always)]
     fn t_max(&self) -> &Column {
         self.gather.t_max()
-    }
-
-    #[inline(always)]
-    fn foresee(&self, isa: I, link: WideLink) {
-        isa.prefetch(self.mesh.bvh.blocks(), link.index());
     }
 
     #[inline(always)]
