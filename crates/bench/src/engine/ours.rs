@@ -1,6 +1,7 @@
 //! kinetree: a flattened scene is one mesh and one instance where it stands.
 
 use kinetree::build::Quality;
+use kinetree::query::sort::BLOCK;
 use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Scene, Snapshot, Work};
 
 use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
@@ -181,16 +182,31 @@ impl Batch for Traced {
     }
 
     fn closest(&self, rays: &[Ray], answers: &mut [Answer], coherence: Coherence) {
-        let rays: Vec<kinetree::Ray> = rays.iter().map(theirs).collect();
-        let mut hits = vec![None; rays.len()];
-        self.view.closest_hits(&rays, &mut hits, coherence);
-        answers.iter_mut().zip(hits).for_each(|(slot, hit)| *slot = answer(hit));
+        let size = together(coherence).min(rays.len());
+        let (mut block, mut hits) = (Vec::with_capacity(size), vec![None; size]);
+        for (rays, answers) in rays.chunks(size.max(1)).zip(answers.chunks_mut(size.max(1))) {
+            block.clear();
+            block.extend(rays.iter().map(theirs));
+            let hits = &mut hits[..rays.len()];
+            self.view.closest_hits(&block, hits, coherence);
+            answers.iter_mut().zip(hits).for_each(|(slot, hit)| *slot = answer(*hit));
+        }
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-        let rays: Vec<kinetree::Ray> = rays.iter().map(theirs).collect();
-        self.view.occluded_each(&rays, answers, coherence);
+        let size = together(coherence).min(rays.len());
+        let mut block = Vec::with_capacity(size);
+        for (rays, answers) in rays.chunks(size.max(1)).zip(answers.chunks_mut(size.max(1))) {
+            block.clear();
+            block.extend(rays.iter().map(theirs));
+            self.view.occluded_each(&block, answers, coherence);
+        }
     }
+}
+
+/// How many rays are brought into our form at a time: as others do, no more than caches hold, unless they are to be sorted.
+fn together(coherence: Coherence) -> usize {
+    if coherence == Coherence::Incoherent { BLOCK } else { 1024 }
 }
 
 struct Following {
