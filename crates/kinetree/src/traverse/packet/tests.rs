@@ -103,8 +103,8 @@ impl Kernel for Compare {
             node.in_use = 0xff;
             for alike in octants(set & !planes.careful, packet.negative) {
                 let interval = Interval::new(isa, &packet, &planes, alike);
-                let (mask, entries) = interval.enter(isa, &node, isa.splat8(f32::INFINITY));
-                let entries = isa.store8(entries);
+                let (entries, exits) = interval.enter(isa, &node, f32::INFINITY);
+                let (mask, entries) = (isa.before8(entries, exits), isa.store8(entries));
                 for lane in 0..8 {
                     let row = planes.enter(isa, (&node, lane), interval.sides, alike, &packet.t_min, &t_max);
                     for at in (0..PACKET).filter(|at| alike >> at & 1 == 1) {
