@@ -8,11 +8,14 @@ mod batch;
 mod by_looking;
 mod candidate;
 mod closest;
+mod few;
+mod gather_rows;
 mod hit;
 mod occluded;
 mod options;
 #[doc(hidden)]
 pub mod sort;
+mod together;
 
 pub use candidate::Candidate;
 pub use hit::Hit;
