@@ -8,7 +8,6 @@ mod batch;
 mod by_looking;
 mod candidate;
 mod closest;
-mod few;
 mod gather_rows;
 mod hit;
 mod occluded;

@@ -1,7 +1,6 @@
 //! A packet's way through both levels.
 
 use super::ask::Rules;
-use super::few::FEW;
 use super::gather_rows::GatherRows;
 use super::{Cull, Filter};
 use crate::geometry::slab::Lean;
@@ -77,10 +76,6 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
             }
             let counts = Counts { rules: self.rules, first: self.first, instance, record };
             let mesh = &*self.world.meshes[record.mesh as usize];
-            if set.count_ones() <= FEW {
-                self.few(isa, set, mesh, counts);
-                continue;
-            }
             let moved;
             let (rays, set) = if record.identity {
                 (self.rays, set)
