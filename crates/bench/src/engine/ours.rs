@@ -1,6 +1,9 @@
 //! kinetree: a flattened scene is one mesh and one instance where it stands.
 
+use std::cell::RefCell;
+
 use kinetree::build::Quality;
+use kinetree::query::sort::BLOCK;
 use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Scene, Snapshot, Work};
 
 use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
@@ -181,16 +184,42 @@ impl Batch for Traced {
     }
 
     fn closest(&self, rays: &[Ray], answers: &mut [Answer], coherence: Coherence) {
-        let rays: Vec<kinetree::Ray> = rays.iter().map(theirs).collect();
-        let mut hits = vec![None; rays.len()];
-        self.view.closest_hits(&rays, &mut hits, coherence);
-        answers.iter_mut().zip(hits).for_each(|(slot, hit)| *slot = answer(hit));
+        ROOM.with_borrow_mut(|Room { block, hits }| {
+            for (rays, answers) in rays.chunks(together(coherence)).zip(answers.chunks_mut(together(coherence))) {
+                block.clear();
+                block.extend(rays.iter().map(theirs));
+                hits.resize(rays.len(), None);
+                self.view.closest_hits(block, hits, coherence);
+                answers.iter_mut().zip(hits.iter()).for_each(|(slot, hit)| *slot = answer(*hit));
+            }
+        });
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-        let rays: Vec<kinetree::Ray> = rays.iter().map(theirs).collect();
-        self.view.occluded_each(&rays, answers, coherence);
+        ROOM.with_borrow_mut(|Room { block, .. }| {
+            for (rays, answers) in rays.chunks(together(coherence)).zip(answers.chunks_mut(together(coherence))) {
+                block.clear();
+                block.extend(rays.iter().map(theirs));
+                self.view.occluded_each(block, answers, coherence);
+            }
+        });
     }
+}
+
+/// Rays and hits in our form. A thread keeps the room from batch to batch, as a renderer does.
+#[derive(Default)]
+struct Room {
+    block: Vec<kinetree::Ray>,
+    hits: Vec<Option<Hit>>,
+}
+
+thread_local! {
+    static ROOM: RefCell<Room> = RefCell::default();
+}
+
+/// How many rays are brought into our form at a time: as others do, no more than caches hold, unless they are to be sorted.
+fn together(coherence: Coherence) -> usize {
+    if coherence == Coherence::Incoherent { BLOCK } else { 1024 }
 }
 
 struct Following {

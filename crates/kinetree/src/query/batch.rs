@@ -1,15 +1,12 @@
 //! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
 
 use super::ask::{Rules, gathered};
-use super::{Closest, Coherence, Cull, Filter, Hit, Occluded, Query, sort};
-use crate::geometry::slab::Lean;
-use crate::geometry::{Ray, Sheared, TriangleHit};
-use crate::simd::{Isa, Kernel, Row};
-use crate::traverse::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel, Work,
-    octants, rows_of, walk_packet,
-};
-use crate::wide::{InstanceRecord, WideLink};
+use super::gather_rows::{Any, GatherRows, Nearest};
+use super::together::Together;
+use super::{Closest, Coherence, Filter, Hit, Occluded, Query, sort};
+use crate::geometry::Ray;
+use crate::simd::{Isa, Kernel, Level};
+use crate::traverse::{Column, PACKET, TwoLevel, Work};
 
 /// The nearest hit of each ray.
 ///
@@ -70,20 +67,10 @@ fn each<F: Filter, G: GatherRows>(
         }
         Coherence::Incoherent if sort::is_worth_while(world, rays, sampled) => {
             let mut sorter = sort::Sorter::new(world.top.bounds());
-            let (mut gathered, mut answered) = (Vec::with_capacity(sort::FETCHED), Vec::with_capacity(sort::FETCHED));
             let blocks = rays.chunks(sort::BLOCK).zip(answers.chunks_mut(sort::BLOCK)).enumerate();
             for (block, (rays, answers)) in blocks {
-                for places in sorter.order(rays).chunks(sort::FETCHED) {
-                    // Fetched before they are traced, and put away after, so that they wait together for memory. A store that waits alone holds up those
-                    // to the stack of the next walk: 150 to 250 ns a ray.
-                    gathered.clear();
-                    gathered.extend(places.iter().map(|place| (block * sort::BLOCK + place.ray(), rays[place.ray()])));
-                    answered.clear();
-                    answered.extend(gathered.iter().map(|(number, ray)| alone(*number, ray)));
-                    for (place, answer) in places.iter().zip(answered.drain(..)) {
-                        answers[place.ray()] = answer;
-                    }
-                }
+                let alone = |number: usize, ray: &Ray| alone(block * sort::BLOCK + number, ray);
+                in_order(world.level, rays, answers, sorter.order(rays), alone);
             }
         }
         _ => {
@@ -94,329 +81,57 @@ fn each<F: Filter, G: GatherRows>(
     }
 }
 
-/// What a question does with the hits of a packet.
-trait GatherRows {
-    /// Of each ray.
-    type Answer;
-
-    /// For each ray: hits beyond this do not matter (any more).
-    fn t_max(&self) -> &Column;
-
-    fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32, instance: u32);
-
-    fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32);
-
-    fn answer(&self, ray: usize) -> Self::Answer;
-}
-
-/// The nearest hit of each ray so far; at equal distance the one with the smaller (instance, primitive).
-struct Nearest {
-    t: Column,
-    u: Column,
-    v: Column,
-    back: u64,
-    found: u64,
-    primitive: [u32; PACKET],
-    instance: [u32; PACKET],
-}
-
-impl Nearest {
-    fn new(t_max: Column) -> Self {
-        let zero = Column::splat(0.0);
-        let none = [u32::MAX; PACKET];
-        Self { t: t_max, u: zero, v: zero, back: 0, found: 0, primitive: none, instance: none }
-    }
-}
-
-impl GatherRows for Nearest {
-    type Answer = Option<Hit>;
-
-    #[inline(always)]
-    fn t_max(&self) -> &Column {
-        &self.t
-    }
-
-    #[inline(always)]
-    fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32, instance: u32) {
-        let mut lanes = hits.lanes;
-        let mut ties = lanes & isa.eq16(hits.t, isa.load16(&self.t.0[row]));
-        while ties != 0 {
-            let lane = ties.trailing_zeros() as usize & 15;
-            ties &= ties - 1;
-            let ray = row * 16 + lane;
-            // The first hit of a ray can be as far as its end; no numbers are larger than those of no hit.
-            if (self.instance[ray], self.primitive[ray]) <= (instance, primitive) {
-                lanes &= !(1 << lane);
-            }
+/// Answers rays in another order.
+fn in_order<A>(
+    level: Level,
+    rays: &[Ray],
+    answers: &mut [A],
+    places: &[sort::Place],
+    alone: impl Fn(usize, &Ray) -> A,
+) {
+    let (mut gathered, mut answered) = (Vec::with_capacity(sort::FETCHED), Vec::with_capacity(sort::FETCHED));
+    for (at, some) in places.chunks(sort::FETCHED).enumerate() {
+        // Fetched before they are traced, and put away after, so that they wait together for memory. A store that waits alone holds up those
+        // to the stack of the next walk: 150 to 250 ns a ray. While some are traced, those that come next are brought near, and the places of answers.
+        gathered.clear();
+        gathered.extend(some.iter().map(|place| rays[place.ray()]));
+        answered.clear();
+        let next = &places[places.len().min((at + 1) * sort::FETCHED)..];
+        for (group, here) in some.chunks(FORESEEN).enumerate() {
+            let first = group * FORESEEN;
+            let next = &next[next.len().min(first)..next.len().min(first + FORESEEN)];
+            level.run(Foresee { rays, answers, here, next });
+            answered.extend(here.iter().zip(&gathered[first..]).map(|(place, ray)| alone(place.ray(), ray)));
         }
-        let [u, v] = hits.weights(isa);
-        isa.keep16(&mut self.t.0[row], lanes, hits.t);
-        isa.keep16(&mut self.u.0[row], lanes, u);
-        isa.keep16(&mut self.v.0[row], lanes, v);
-        for lane in 0..16 {
-            let (primitives, instances) = (&mut self.primitive[row * 16..][..16], &mut self.instance[row * 16..][..16]);
-            let taken = lanes >> lane & 1 == 1;
-            primitives[lane] = if taken { primitive } else { primitives[lane] };
-            instances[lane] = if taken { instance } else { instances[lane] };
-        }
-        let lanes = u64::from(lanes) << (16 * row);
-        self.found |= lanes;
-        self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;
-    }
-
-    #[cold]
-    fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32) {
-        let (hit_key, best) =
-            ((hit.t, instance, primitive), (self.t.get(ray), self.instance[ray], self.primitive[ray]));
-        if hit_key < best {
-            self.t.set(ray, hit.t);
-            self.u.set(ray, hit.u);
-            self.v.set(ray, hit.v);
-            (self.primitive[ray], self.instance[ray]) = (primitive, instance);
-            self.found |= 1 << ray;
-            self.back = self.back & !(1 << ray) | u64::from(hit.back) << ray;
+        for (place, answer) in some.iter().zip(answered.drain(..)) {
+            answers[place.ray()] = answer;
         }
     }
-
-    #[inline(always)]
-    fn answer(&self, ray: usize) -> Option<Hit> {
-        let hit =
-            TriangleHit { t: self.t.get(ray), u: self.u.get(ray), v: self.v.get(ray), back: self.back >> ray & 1 == 1 };
-        (self.found >> ray & 1 == 1).then(|| Hit::new(&hit, self.primitive[ray], self.instance[ray]))
-    }
 }
 
-/// Whether each ray has hit anything. One that has wants nothing any more.
-struct Any {
-    t_max: Column,
-    found: u64,
-}
+/// For how many rays at a time memory is asked.
+const FORESEEN: usize = 8;
 
-impl Any {
-    fn new(t_max: Column) -> Self {
-        Self { t_max, found: 0 }
-    }
-}
-
-impl GatherRows for Any {
-    type Answer = bool;
-
-    #[inline(always)]
-    fn t_max(&self) -> &Column {
-        &self.t_max
-    }
-
-    #[inline(always)]
-    fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, _: u32, _: u32) {
-        isa.keep16(&mut self.t_max.0[row], hits.lanes, isa.splat16(f32::NEG_INFINITY));
-        self.found |= u64::from(hits.lanes) << (16 * row);
-    }
-
-    #[cold]
-    fn take_one(&mut self, ray: usize, _: &TriangleHit, _: u32, _: u32) {
-        self.t_max.set(ray, f32::NEG_INFINITY);
-        self.found |= 1 << ray;
-    }
-
-    #[inline(always)]
-    fn answer(&self, ray: usize) -> bool {
-        self.found >> ray & 1 == 1
-    }
-}
-
-impl<F: Filter> Rules<F> {
-    fn for_ray(self, number: usize) -> Self {
-        Self { filter: self.filter.for_ray(number as u32), ..self }
-    }
-}
-
-/// Answers a packet, and says which rays are still to be asked alone.
-struct Together<'a, F, G: GatherRows, W> {
-    world: &'a TwoLevel,
+/// Asks for the memory of rays that come next, and of answers that come soon. Each may begin on one cache line and end on another.
+struct Foresee<'a, A> {
     rays: &'a [Ray],
-    rules: Rules<F>,
-    /// Number of the first ray in its batch.
-    first: usize,
-    answers: &'a mut [G::Answer],
-    within: &'a W,
+    answers: &'a [A],
+    here: &'a [sort::Place],
+    next: &'a [sort::Place],
 }
 
-impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G, W> {
-    type Output = u64;
+impl<A> Kernel for Foresee<'_, A> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> u64 {
-        let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
-        let planes = PacketPlanes::new(isa, &rays, &self.world.top.bounds(), Lean::INSTANCES);
-        let (gather, alone) = ((self.within)(t_max), planes.careful & set);
-        let mut visitor =
-            InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone };
-        for set in octants(set & !planes.careful, rays.negative) {
-            let interval = Interval::new(isa, &rays, &planes, set);
-            walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
+    fn run<I: Isa>(self, isa: I) {
+        for place in self.next {
+            isa.prefetch(self.rays, place.ray());
+            isa.prefetch(self.rays, place.ray() + 1);
         }
-        for (at, answer) in self.answers.iter_mut().enumerate() {
-            *answer = visitor.gather.answer(at);
+        for place in self.here {
+            isa.prefetch(self.answers, place.ray());
+            isa.prefetch(self.answers, place.ray() + 1);
         }
-        visitor.alone
-    }
-}
-
-struct InWorld<'a, F, G> {
-    world: &'a TwoLevel,
-    rays: &'a RayPacket,
-    rules: Rules<F>,
-    first: usize,
-    gather: G,
-    /// Rays that only double precision does justice, somewhere.
-    alone: u64,
-}
-
-impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
-    #[inline(always)]
-    fn t_max(&self) -> &Column {
-        self.gather.t_max()
-    }
-
-    #[inline(always)]
-    fn leaf(&mut self, isa: I, link: WideLink, set: u64) {
-        let units = link.index()..link.index() + link.unit_count();
-        for &instance in &self.world.top.instances()[units] {
-            let record = &self.world.instances[instance as usize];
-            if record.mask & self.rules.mask == 0 {
-                continue;
-            }
-            let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
-            let mesh = &*self.world.meshes[record.mesh as usize];
-            let planes = PacketPlanes::new(isa, &rays, &mesh.bvh.bounds(), Lean::TRIANGLES);
-            self.alone |= planes.careful & set & sane;
-            let sheared = ShearedPacket::new(isa, &rays);
-            let counts = Counts { rules: self.rules, first: self.first, instance, record };
-            let mut visitor = InMesh { rays: &rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
-            for set in octants(set & sane & !planes.careful, rays.negative) {
-                let interval = Interval::new(isa, &rays, &planes, set);
-                walk_packet(isa, mesh.bvh.tree(), &rays, &planes, &interval, &mut visitor);
-            }
-        }
-    }
-}
-
-struct InMesh<'a, F, G> {
-    rays: &'a RayPacket,
-    sheared: &'a ShearedPacket,
-    mesh: &'a Posed,
-    counts: Counts<'a, F>,
-    gather: &'a mut G,
-}
-
-impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
-    #[inline(always)]
-    fn t_max(&self) -> &Column {
-        self.gather.t_max()
-    }
-
-    #[inline(always)]
-    fn leaf(&mut self, isa: I, link: WideLink, set: u64) {
-        for unit in link.index()..link.index() + link.unit_count() {
-            let block = self.mesh.bvh.block(unit);
-            for along in 0..3 {
-                let set = set & self.sheared.along[along];
-                if set == 0 {
-                    continue;
-                }
-                // All rays of the set share an octant.
-                let downwards = self.rays.negative[along] & set != 0;
-                let axes = ShearedPacket::axes(along, downwards);
-                for lane in 0..block.count as usize {
-                    let mut corners = [[isa.splat16(0.0); 3]; 3];
-                    for corner in 0..3 {
-                        for axis in 0..3 {
-                            corners[corner][axis] = isa.splat16(block.corners[corner][axes[axis] % 3][lane & 3]);
-                        }
-                    }
-                    for (row, lanes) in rows_of(set) {
-                        let primitive = block.primitives[lane & 3];
-                        let mut hits =
-                            self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
-                        if hits.lanes != 0 {
-                            hits.lanes = self.counts.of(isa, row, &hits, primitive);
-                        }
-                        if hits.lanes != 0 {
-                            self.gather.take(isa, row, &hits, primitive, self.counts.instance);
-                        }
-                        if hits.unsure != 0 {
-                            self.look_again(row, hits.unsure, primitive);
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-impl<F: Filter, G: GatherRows> InMesh<'_, F, G> {
-    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar test.
-    #[cold]
-    fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
-        for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
-            let local = self.rays.ray(ray);
-            let hit = Sheared::new(&local).hit(
-                &self.mesh.triangles.get(primitive),
-                local.t_min,
-                self.gather.t_max().get(ray),
-            );
-            if let Some(hit) = hit.filter(|hit| self.counts.one(ray, hit, primitive)) {
-                self.gather.take_one(ray, &hit, primitive, self.counts.instance);
-            }
-        }
-    }
-}
-
-/// Which hits of a packet on an instance count.
-struct Counts<'a, F> {
-    rules: Rules<F>,
-    /// Number of the packet's first ray in its batch.
-    first: usize,
-    instance: u32,
-    record: &'a InstanceRecord,
-}
-
-impl<F: Filter> Counts<'_, F> {
-    /// The lanes of a row whose hits count.
-    #[inline(always)]
-    fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u16 {
-        let lanes = match self.rules.cull {
-            Cull::None => hits.lanes,
-            Cull::Back => hits.lanes & !hits.back,
-            Cull::Front => hits.lanes & hits.back,
-        };
-        if !F::ASKS || self.record.opaque || lanes == 0 {
-            return lanes;
-        }
-        let [u, v] = hits.weights(isa);
-        let columns = [isa.store16(hits.t), isa.store16(u), isa.store16(v)];
-        self.accepted((row, lanes), &columns, hits.back, primitive)
-    }
-
-    #[inline(never)]
-    fn accepted(&self, (row, lanes): (usize, u16), [t, u, v]: &[Row; 3], back: u16, primitive: u32) -> u16 {
-        let (mut left, mut accepted) = (lanes, 0);
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 15;
-            left &= left - 1;
-            let hit = TriangleHit { t: t.0[lane], u: u.0[lane], v: v.0[lane], back: back >> lane & 1 == 1 };
-            accepted |= u16::from(self.is_accepted(row * 16 + lane, &hit, primitive)) << lane;
-        }
-        accepted
-    }
-
-    /// Whether the hit of one ray of the packet counts.
-    fn one(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
-        self.rules.cull.keeps(hit) && self.is_accepted(ray, hit, primitive)
-    }
-
-    fn is_accepted(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
-        let filter = self.rules.for_ray(self.first + ray).filter;
-        filter.accepts(hit, primitive, self.instance, self.record)
     }
 }

@@ -8,11 +8,13 @@ mod batch;
 mod by_looking;
 mod candidate;
 mod closest;
+mod gather_rows;
 mod hit;
 mod occluded;
 mod options;
 #[doc(hidden)]
 pub mod sort;
+mod together;
 
 pub use candidate::Candidate;
 pub use hit::Hit;

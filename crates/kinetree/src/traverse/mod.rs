@@ -12,7 +12,7 @@ mod work;
 pub(crate) use block::ShearedLanes;
 pub(crate) use lanes::{Boxes, Carefully, RayLanes, RayQuads};
 pub(crate) use packet::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, octants, rows_of,
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, lanes_of, octants,
     walk_packet,
 };
 pub use two_level::{Posed, TwoLevel};

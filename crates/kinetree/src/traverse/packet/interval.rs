@@ -1,9 +1,9 @@
 //! All rays of an octant in one: intervals that hold their origins and reciprocals, tested against eight boxes at once.
 
 use super::planes::PacketPlanes;
-use super::rays::{RayPacket, rows_of};
+use super::rays::{RayPacket, lanes_of, larger, largest_of_each};
 use crate::geometry::UNIT_ROUNDOFF;
-use crate::simd::{Isa, Row};
+use crate::simd::Isa;
 use crate::wide::WideNode;
 
 /// Some rays of a packet that share an octant, and the least and most of their numbers. A box that one of them enters is never ruled out.
@@ -14,110 +14,109 @@ pub(crate) struct Interval<I: Isa> {
     /// Which side of a node's planes is met first.
     pub(crate) sides: [usize; 3],
     pub(crate) set: u64,
-    near: [Bound<I>; 3],
-    far: [Bound<I>; 3],
-    sign: [I::F8; 3],
-    t_min: I::F8,
+    axes: [Range<I>; 3],
 }
 
-/// What the distance of a plane is computed from: `(position - origin) * scale - slack`, with the scale at one end of its range or the other.
+/// What the distance of a plane is computed from along an axis: `(position - origin) * scale`, give or take `slack`.
 #[derive(Clone, Copy)]
-struct Bound<I: Isa> {
-    origin: I::F8,
+struct Range<I: Isa> {
+    sign: I::F8,
+    /// The farthest origin, from which planes are nearest.
+    last: I::F8,
+    first: I::F8,
     least: I::F8,
     most: I::F8,
     slack: I::F8,
+    /// The same below zero.
+    minus: I::F8,
 }
 
 /// Roundings by which the ranges are widened; a test rounds three times.
 const WIDENED: f32 = 4.0 * UNIT_ROUNDOFF;
+
+/// By how many roundings of the scaled origin distances lean and err: four by which offsets lean, two in making those, and twice what a test rounds.
+const SLACK: f32 = 16.0 * UNIT_ROUNDOFF;
 
 impl<I: Isa> Interval<I> {
     /// Of a set that is not empty and whose rays share an octant.
     #[inline(always)]
     pub(crate) fn new(isa: I, rays: &RayPacket, planes: &PacketPlanes, set: u64) -> Self {
         let first = set.trailing_zeros() & 63;
-        let sides = rays.negative.map(|negative| (negative >> first & 1) as usize);
-        let zero = isa.splat8(0.0);
-        let nothing = Bound { origin: zero, least: zero, most: zero, slack: zero };
-        let t_min = isa.splat8(rays.t_min.smallest(isa, set, f32::INFINITY));
-        let mut all = Self { sides, set, near: [nothing; 3], far: [nothing; 3], sign: [zero; 3], t_min };
+        let side = |axis: usize| (rays.negative[axis] >> first & 1) as usize;
+        let sides = [side(0), side(1), side(2)];
+        let ends = [
+            ends(isa, rays, planes, (0, sides[0]), set),
+            ends(isa, rays, planes, (1, sides[1]), set),
+            ends(isa, rays, planes, (2, sides[2]), set),
+        ];
+        let mut farthest = 0.0_f32;
         for axis in 0..3 {
-            let (near, far) = (
-                (&planes.near_scale[axis], &planes.near_offset[axis]),
-                (&planes.far_scale[axis], &planes.far_offset[axis]),
-            );
-            all.near[axis] = Bound::new(isa, rays, near, (axis, sides[axis], true), set);
-            all.far[axis] = Bound::new(isa, rays, far, (axis, sides[axis], false), set);
-            all.sign[axis] = isa.splat8(if sides[axis] == 1 { -1.0 } else { 1.0 });
+            let [last, minus_first, ..] = ends[axis];
+            farthest = farthest.max(last).max(minus_first);
         }
-        all
+        let zero = isa.splat8(0.0);
+        let nothing = Range { sign: zero, last: zero, first: zero, least: zero, most: zero, slack: zero, minus: zero };
+        let mut axes = [nothing; 3];
+        for axis in 0..3 {
+            let [last, minus_first, most, minus_least] = ends[axis];
+            // Infinite ones would make no number of nothing.
+            let most = (most * (1.0 + WIDENED)).min(f32::MAX);
+            let slack = (last.max(minus_first) * SLACK + farthest * planes.stray) * most + planes.parallel[axis];
+            // A little more, so that a box that rays only touch, at no distance, is left after it is entered.
+            let slack = (slack * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
+            axes[axis] = Range {
+                sign: isa.splat8(if sides[axis] == 1 { -1.0 } else { 1.0 }),
+                last: isa.splat8(last),
+                first: isa.splat8(-minus_first),
+                least: isa.splat8(-minus_least * (1.0 - WIDENED)),
+                most: isa.splat8(most),
+                slack: isa.splat8(slack),
+                minus: isa.splat8(-slack),
+            };
+        }
+        Self { sides, set, axes }
     }
 
-    /// Which of the eight boxes may be entered before `t_max`, and where at the earliest.
+    /// Where the eight boxes may be entered at the earliest, and left at the latest or reached by `t_max`: entered are those where the first comes before the
+    /// second, by their bits ([`Isa::before8`]). `t_max` is not negative.
     #[inline(always)]
-    pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: I::F8) -> (u8, I::F8) {
-        let (mut entry, mut exit) = (self.t_min, t_max);
+    pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: f32) -> (I::F8, I::F8) {
+        // What comes right after it.
+        let (mut entry, mut exit) = (isa.splat8(0.0), isa.splat8(f32::from_bits(t_max.to_bits() + 1)));
         for axis in 0..3 {
             let side = self.sides[axis] & 1;
-            let (near, far) = (&self.near[axis], &self.far[axis]);
-            let from = isa.mul_sub8(isa.load8(&node.planes[axis][side]), self.sign[axis], near.origin);
-            let to = isa.mul_sub8(isa.load8(&node.planes[axis][side ^ 1]), self.sign[axis], far.origin);
-            let from = isa.min8(isa.mul_sub8(from, near.least, near.slack), isa.mul_sub8(from, near.most, near.slack));
-            let to = isa.max8(isa.mul_sub8(to, far.least, far.slack), isa.mul_sub8(to, far.most, far.slack));
-            // New value first: on NaN, `max` and `min` keep the second.
-            entry = isa.max8(from, entry);
-            exit = isa.min8(to, exit);
+            let Range { sign, last, first, least, most, slack, minus } = self.axes[axis];
+            let from = isa.mul_sub8(isa.load8(&node.planes[axis][side]), sign, last);
+            let to = isa.mul_sub8(isa.load8(&node.planes[axis][side ^ 1]), sign, first);
+            let from = isa.min8(isa.mul_sub8(from, least, slack), isa.mul_sub8(from, most, slack));
+            let to = isa.max8(isa.mul_sub8(to, least, minus), isa.mul_sub8(to, most, minus));
+            // None is not a number, and entries are not negative. The boxes of lanes that are not in use are inside out, and entered at infinity.
+            entry = isa.max_bits8(from, entry);
+            exit = isa.min_bits8(to, exit);
         }
-        (isa.le8(entry, exit) & node.in_use, entry)
+        (entry, exit)
     }
 }
 
-impl<I: Isa> Bound<I> {
-    #[inline(always)]
-    fn new(
-        isa: I,
-        rays: &RayPacket,
-        (scale, offset): (&super::Column, &super::Column),
-        (axis, side, is_near): (usize, usize, bool),
-        set: u64,
-    ) -> Self {
-        let sign = isa.splat16(if side == 1 { -1.0 } else { 1.0 });
-        // The origin from which a plane is nearest, or farthest, and the most that the rays lean.
-        let outwards = isa.splat16(if is_near { 1.0 } else { -1.0 });
-        let zero = isa.splat16(0.0);
-        let [mut least, mut most, mut origin, mut slack] =
-            [f32::INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY, 0.0].map(|x| Row([x; 16]));
-        for (row, lanes) in rows_of(set) {
-            let at = isa.load16(&rays.origin[axis].0[row]);
-            let (signed, scale) = (isa.load16(&scale.0[row]), isa.mul16(isa.load16(&scale.0[row]), sign));
-            let scaled = isa.mul16(at, signed);
-            let size = isa.max16(scaled, isa.sub16(zero, scaled));
-            let lean = isa.mul16(isa.sub16(isa.load16(&offset.0[row]), scaled), outwards);
-            let lean = isa.add16(lean, isa.mul16(size, isa.splat16(2.0 * WIDENED)));
-            let start = isa.mul16(isa.mul16(at, sign), outwards);
-            let low = isa.min16(scale, isa.load16(&least));
-            isa.keep16(&mut least, lanes, low);
-            let high = isa.max16(scale, isa.load16(&most));
-            isa.keep16(&mut most, lanes, high);
-            let start = isa.max16(start, isa.load16(&origin));
-            isa.keep16(&mut origin, lanes, start);
-            let lean = isa.max16(lean, isa.load16(&slack));
-            isa.keep16(&mut slack, lanes, lean);
-        }
-        let outwards = if is_near { 1.0 } else { -1.0 };
-        Self {
-            origin: isa.splat8(least_or_most(&origin, true) * outwards),
-            least: isa.splat8(least_or_most(&least, false) * (1.0 - WIDENED)),
-            most: isa.splat8(least_or_most(&most, true) * (1.0 + WIDENED)),
-            slack: isa.splat8(least_or_most(&slack, true) * (1.0 + WIDENED) * outwards),
-        }
-    }
-}
-
+/// Of the origins along an axis and of the scales, each the largest and the largest below zero.
 #[inline(always)]
-fn least_or_most(row: &Row, most: bool) -> f32 {
-    super::rays::across(row, |a, b| if (a > b) == most { a } else { b })
+fn ends<I: Isa>(isa: I, rays: &RayPacket, planes: &PacketPlanes, (axis, side): (usize, usize), set: u64) -> [f32; 4] {
+    let sign = isa.splat16(if side == 1 { -1.0 } else { 1.0 });
+    let minus = isa.splat16(if side == 1 { 1.0 } else { -1.0 });
+    let nothing = isa.splat16(f32::NEG_INFINITY);
+    let (mut last, mut minus_first, mut most, mut minus_least) = (nothing, nothing, nothing, nothing);
+    for row in 0..rays.t_min.0.len() {
+        let lanes = lanes_of(set, row);
+        if lanes != 0 {
+            let origin = isa.load16(&rays.origin[axis].0[row]);
+            last = larger(isa, last, isa.mul16(origin, sign), lanes);
+            minus_first = larger(isa, minus_first, isa.mul16(origin, minus), lanes);
+            most = larger(isa, most, isa.mul16(isa.load16(&planes.far_scale[axis].0[row]), sign), lanes);
+            minus_least =
+                larger(isa, minus_least, isa.mul16(isa.load16(&planes.near_scale[axis].0[row]), minus), lanes);
+        }
+    }
+    isa.store4(largest_of_each(isa, [last, minus_first, most, minus_least]))
 }
 
 /// The set, octant by octant.

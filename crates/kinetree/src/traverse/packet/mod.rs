@@ -16,6 +16,6 @@ mod walk;
 
 pub(crate) use interval::{Interval, octants};
 pub(crate) use planes::PacketPlanes;
-pub(crate) use rays::{Column, PACKET, RayPacket, rows_of};
+pub(crate) use rays::{Column, PACKET, RayPacket, lanes_of};
 pub(crate) use sheared::{RowHits, ShearedPacket};
 pub(crate) use walk::{PacketVisitor, walk_packet};

@@ -1,10 +1,13 @@
 //! Box tests of sixteen rays at a step: [`SafeRay`](crate::geometry::SafeRay) for a packet, by the same operations.
 
-use super::rays::{Column, RayPacket, rows_of};
-use crate::geometry::slab::{LEAST_SLOPE, Lean};
-use crate::geometry::{Aabb, UNIT_ROUNDOFF};
+use super::rays::{Column, PACKET, RayPacket, lanes_of, size};
+use crate::geometry::slab::Lean;
+use crate::geometry::{Aabb, SafeRay, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::WideNode;
+
+/// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
+const MODERATE: f32 = (1_u64 << 60) as f32;
 
 /// The rays of a packet, ready for tests against boxes within known bounds: `position * scale - offset` is the distance of a plane.
 pub(crate) struct PacketPlanes {
@@ -14,54 +17,91 @@ pub(crate) struct PacketPlanes {
     pub(crate) far_offset: [Column; 3],
     /// Rays that only double precision does justice.
     pub(crate) careful: u64,
+    /// Share of the largest coordinate of a ray's origin by which offsets lean.
+    pub(super) stray: f32,
+    /// By how much more they lean along each axis, at most, where rays run parallel to its planes.
+    pub(super) parallel: [f32; 3],
 }
 
 impl PacketPlanes {
-    /// For boxes all within `bounds`.
+    /// Of the rays in the set, for boxes all within `bounds`.
     #[inline(always)]
-    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket, bounds: &Aabb, lean: Lean) -> Self {
-        let (slack, stray_share, parallel) = (lean.slack, lean.stray, lean.parallel());
-        let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
+    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket, set: u64, bounds: &Aabb, lean: Lean) -> Self {
         let zero = [Column::splat(0.0); 3];
-        let mut all = Self { near_scale: zero, near_offset: zero, far_scale: zero, far_offset: zero, careful: 0 };
-        let mut overflowed = Column::splat(0.0);
-        for row in 0..zero[0].0.len() {
-            for lane in 0..16 {
-                let (mut origin, mut direction) = ([0.0; 3], [0.0; 3]);
-                let (mut largest, mut reach, mut stray, mut tame) = (0.0, 0.0, 0.0, true);
-                for axis in 0..3 {
-                    origin[axis] = rays.origin[axis].0[row].0[lane];
-                    direction[axis] = rays.direction[axis].0[row].0[lane];
-                    largest = larger(largest, direction[axis].abs());
-                    reach = larger(reach, (bounds.min[axis] - origin[axis]).abs());
-                    reach = larger(reach, (bounds.max[axis] - origin[axis]).abs());
-                    stray = larger(stray, stray_share * origin[axis].abs());
-                }
-                for axis in 0..3 {
-                    let step = larger(direction[axis].abs(), LEAST_SLOPE * largest).copysign(direction[axis]);
-                    let reciprocal = 1.0 / step;
-                    let flatness = reciprocal.abs() * largest;
-                    let is_parallel = flatness > parallel;
-                    let lean = (if is_parallel { 0.0 } else { flatness } + 1.0) * (slack * UNIT_ROUNDOFF);
-                    let far_end = if is_parallel { slack * UNIT_ROUNDOFF * reach } else { 0.0 };
-                    let stray = (stray + far_end) * reciprocal.abs();
-                    let (near, far) = (reciprocal - reciprocal * lean, reciprocal + reciprocal * lean);
-                    let (near_start, far_start) = (origin[axis] * near, origin[axis] * far);
-                    let near_offset = near_start + (near_start.abs() * (4.0 * UNIT_ROUNDOFF) + stray);
-                    let far_offset = far_start - (far_start.abs() * (4.0 * UNIT_ROUNDOFF) + stray);
-                    all.near_scale[axis].0[row].0[lane] = near;
-                    all.far_scale[axis].0[row].0[lane] = far;
-                    all.near_offset[axis].0[row].0[lane] = near_offset;
-                    all.far_offset[axis].0[row].0[lane] = far_offset;
-                    tame &= near.abs() >= f32::MIN_POSITIVE;
-                    tame &= near.abs() * farthest + near_offset.abs() <= f32::MAX;
-                    tame &= far.abs() * farthest + far_offset.abs() <= f32::MAX;
-                }
-                overflowed.0[row].0[lane] = if tame { 0.0 } else { 1.0 };
+        let mut all = Self {
+            near_scale: zero,
+            near_offset: zero,
+            far_scale: zero,
+            far_offset: zero,
+            careful: 0,
+            stray: lean.stray,
+            parallel: [0.0; 3],
+        };
+        if all.set_quickly(isa, rays, bounds, lean) & set != set {
+            all.set_slowly(rays, set, bounds, lean);
+        }
+        all
+    }
+
+    /// The rays for which the short way is right: nothing about them is huge or tiny, and none is parallel to an axis.
+    #[inline(always)]
+    fn set_quickly<I: Isa>(&mut self, isa: I, rays: &RayPacket, bounds: &Aabb, lean: Lean) -> u64 {
+        let (slack, four) = (isa.splat16(lean.slack * UNIT_ROUNDOFF), isa.splat16(4.0 * UNIT_ROUNDOFF));
+        let (moderate, one) = (isa.splat16(MODERATE), isa.splat16(1.0));
+        let mut tame = 0;
+        for row in 0..rays.t_min.0.len() {
+            let [x, y, z] = [&rays.direction[0].0[row], &rays.direction[1].0[row], &rays.direction[2].0[row]];
+            let largest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
+            let largest = isa.max16(largest, size(isa, isa.load16(z)));
+            let [x, y, z] = [&rays.origin[0].0[row], &rays.origin[1].0[row], &rays.origin[2].0[row]];
+            let farthest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
+            let farthest = isa.max16(farthest, size(isa, isa.load16(z)));
+            let stray = isa.mul16(farthest, isa.splat16(lean.stray));
+            let mut lanes = isa.le16(isa.max16(largest, farthest), moderate);
+            for axis in 0..3 {
+                let origin = isa.load16(&rays.origin[axis].0[row]);
+                let reciprocal = isa.load16(&rays.reciprocal[axis].0[row]);
+                let steepness = size(isa, reciprocal);
+                let flatness = isa.mul16(steepness, largest);
+                lanes &= isa.le16(steepness, moderate) & isa.le16(flatness, isa.splat16(lean.parallel()));
+                let lean = isa.mul16(reciprocal, isa.mul16(isa.add16(flatness, one), slack));
+                let (near, far) = (isa.sub16(reciprocal, lean), isa.add16(reciprocal, lean));
+                let (near_start, far_start) = (isa.mul16(origin, near), isa.mul16(origin, far));
+                let stray = isa.mul16(stray, steepness);
+                let near_lean = isa.add16(isa.mul16(size(isa, near_start), four), stray);
+                let far_lean = isa.add16(isa.mul16(size(isa, far_start), four), stray);
+                self.near_scale[axis].0[row] = isa.store16(near);
+                self.far_scale[axis].0[row] = isa.store16(far);
+                self.near_offset[axis].0[row] = isa.store16(isa.add16(near_start, near_lean));
+                self.far_offset[axis].0[row] = isa.store16(isa.sub16(far_start, far_lean));
+            }
+            tame |= u64::from(lanes) << (16 * row);
+        }
+        let is_moderate = bounds.min.iter().chain(&bounds.max).all(|x| x.abs() <= MODERATE);
+        if is_moderate { tame } else { 0 }
+    }
+
+    /// The long way, for any ray.
+    #[cold]
+    #[inline(never)]
+    fn set_slowly(&mut self, rays: &RayPacket, set: u64, bounds: &Aabb, lean: Lean) {
+        for at in (0..PACKET).filter(|at| set >> at & 1 == 1) {
+            let ray = rays.ray(at);
+            let safe = SafeRay::new(&ray, bounds, lean);
+            if safe.needs_care() {
+                self.careful |= 1 << at;
+                continue;
+            }
+            for axis in 0..3 {
+                self.near_scale[axis].set(at, safe.near.scale[axis]);
+                self.near_offset[axis].set(at, safe.near.offset[axis]);
+                self.far_scale[axis].set(at, safe.far.scale[axis]);
+                self.far_offset[axis].set(at, safe.far.offset[axis]);
+                let leaning = safe.near.offset[axis] - ray.origin[axis] * safe.near.scale[axis];
+                let leaning = leaning.max(ray.origin[axis] * safe.far.scale[axis] - safe.far.offset[axis]);
+                self.parallel[axis] = self.parallel[axis].max(leaning);
             }
         }
-        all.careful = overflowed.positive(isa);
-        all
     }
 
     /// Which rays of the set, all of one octant, enter the box of a lane between their bounds. `sides` are the planes that they meet first.
@@ -81,7 +121,10 @@ impl PacketPlanes {
             far[axis] = isa.splat16(node.planes[axis][sides[axis] & 1 ^ 1][lane & 7]);
         }
         let mut entering = 0;
-        for (row, _) in rows_of(set) {
+        for row in 0..t_min.0.len() {
+            if lanes_of(set, row) == 0 {
+                continue;
+            }
             let (mut entry, mut exit) = (isa.load16(&t_min.0[row]), isa.load16(&t_max.0[row]));
             for axis in 0..3 {
                 let (near_scale, near_offset) = (&self.near_scale[axis].0[row], &self.near_offset[axis].0[row]);
@@ -94,9 +137,4 @@ impl PacketPlanes {
         }
         entering & set
     }
-}
-
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }

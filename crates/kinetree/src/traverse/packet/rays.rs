@@ -30,28 +30,6 @@ impl Column {
         self.0[ray >> 4 & 3].0[ray & 15] = x;
     }
 
-    /// The largest number of those in the set, and at least `least`.
-    #[inline(always)]
-    pub(crate) fn largest<I: Isa>(&self, isa: I, set: u64, least: f32) -> f32 {
-        let mut all = Row([least; 16]);
-        for (row, lanes) in rows_of(set) {
-            let most = isa.max16(isa.load16(&self.0[row]), isa.load16(&all));
-            isa.keep16(&mut all, lanes, most);
-        }
-        across(&all, |a, b| if a > b { a } else { b })
-    }
-
-    /// The smallest number of those in the set, and at most `most`.
-    #[inline(always)]
-    pub(crate) fn smallest<I: Isa>(&self, isa: I, set: u64, most: f32) -> f32 {
-        let mut all = Row([most; 16]);
-        for (row, lanes) in rows_of(set) {
-            let least = isa.min16(isa.load16(&self.0[row]), isa.load16(&all));
-            isa.keep16(&mut all, lanes, least);
-        }
-        across(&all, |a, b| if a < b { a } else { b })
-    }
-
     /// The rays whose number is above zero.
     #[inline(always)]
     pub(crate) fn positive<I: Isa>(&self, isa: I) -> u64 {
@@ -62,24 +40,63 @@ impl Column {
         }
         set
     }
-}
 
-/// Halves, quarters, ...: four steps instead of fifteen.
-#[inline(always)]
-pub(super) fn across(row: &Row, pick: impl Fn(f32, f32) -> f32) -> f32 {
-    let mut all = row.0;
-    for width in [8, 4, 2, 1] {
-        for lane in 0..width {
-            all[lane] = pick(all[lane], all[lane + width]);
+    /// The largest number of those in the set; before everything when there are none.
+    #[inline(always)]
+    pub(crate) fn largest<I: Isa>(&self, isa: I, set: u64) -> f32 {
+        let mut most = isa.splat16(f32::NEG_INFINITY);
+        for row in 0..ROWS {
+            let lanes = lanes_of(set, row);
+            if lanes != 0 {
+                most = larger(isa, most, isa.load16(&self.0[row]), lanes);
+            }
         }
+        let [a, b, c, d] = isa.store4(quarters(isa, most));
+        let (ab, cd) = (if a > b { a } else { b }, if c > d { c } else { d });
+        if ab > cd { ab } else { cd }
     }
-    all[0]
 }
 
-/// The rows in which the set has rays, each with its sixteen bits.
+/// Lane by lane the larger number, for those lanes; the others keep the first.
 #[inline(always)]
-pub(crate) fn rows_of(set: u64) -> impl Iterator<Item = (usize, u16)> {
-    (0..ROWS).map(move |row| (row, (set >> (16 * row)) as u16)).filter(|(_, lanes)| *lanes != 0)
+pub(super) fn larger<I: Isa>(isa: I, most: I::F16, x: I::F16, lanes: u16) -> I::F16 {
+    let larger = isa.max16(x, most);
+    if lanes == u16::MAX {
+        return larger;
+    }
+    let mut kept = isa.store16(most);
+    isa.keep16(&mut kept, lanes, larger);
+    isa.load16(&kept)
+}
+
+/// The larger ones of every fourth lane.
+#[inline(always)]
+fn quarters<I: Isa>(isa: I, x: I::F16) -> I::F4 {
+    let row = isa.store16(x);
+    let fours = row.0.as_chunks::<4>().0;
+    let (a, b) =
+        (isa.max4(isa.load4(&fours[0]), isa.load4(&fours[1])), isa.max4(isa.load4(&fours[2]), isa.load4(&fours[3])));
+    isa.max4(a, b)
+}
+
+/// The largest lane of each.
+#[inline(always)]
+pub(super) fn largest_of_each<I: Isa>(isa: I, rows: [I::F16; 4]) -> I::F4 {
+    let quarters = [quarters(isa, rows[0]), quarters(isa, rows[1]), quarters(isa, rows[2]), quarters(isa, rows[3])];
+    let [a, b, c, d] = isa.transpose4(quarters);
+    isa.max4(isa.max4(a, b), isa.max4(c, d))
+}
+
+/// The size of each.
+#[inline(always)]
+pub(super) fn size<I: Isa>(isa: I, x: I::F16) -> I::F16 {
+    isa.max16(x, isa.sub16(isa.splat16(0.0), x))
+}
+
+/// The sixteen bits of a row.
+#[inline(always)]
+pub(crate) fn lanes_of(set: u64, row: usize) -> u16 {
+    (set >> (16 * (row & 3))) as u16
 }
 
 /// One coordinate of some vectors after the linear part of a map.
@@ -96,10 +113,15 @@ fn turned<I: Isa>(isa: I, vectors: &[Column; 3], row: usize, map: &Affine, axis:
 pub(crate) struct RayPacket {
     pub(crate) origin: [Column; 3],
     pub(crate) direction: [Column; 3],
+    /// One over the direction.
+    pub(crate) reciprocal: [Column; 3],
     pub(crate) t_min: Column,
     /// Rays that run down each axis.
     pub(crate) negative: [u64; 3],
 }
+
+/// Meets nothing.
+const NOTHING: Ray = Ray::new([0.0; 3], [0.0; 3]);
 
 impl RayPacket {
     /// The rays that can hit anything, and their far ends. Those of the others are before everything.
@@ -108,25 +130,52 @@ impl RayPacket {
     /// When there are more than [`PACKET`].
     #[inline(always)]
     pub(crate) fn gather<I: Isa>(isa: I, rays: &[Ray]) -> (Self, u64, Column) {
-        assert!(rays.len() <= PACKET);
-        let mut packet = Self {
-            origin: [Column::splat(0.0); 3],
-            direction: [Column::splat(1.0); 3],
-            t_min: Column::splat(0.0),
-            negative: [0; 3],
-        };
-        let (mut set, mut far) = (0, Column::splat(f32::NEG_INFINITY));
-        for (at, ray) in rays.iter().enumerate() {
-            let Some(ray) = ray.sane() else { continue };
-            set |= 1 << at;
-            for axis in 0..3 {
-                packet.origin[axis].set(at, ray.origin[axis]);
-                packet.direction[axis].set(at, ray.direction[axis]);
+        let mut room;
+        let rays: &[Ray; PACKET] = match rays.first_chunk() {
+            Some(all) => all,
+            None => {
+                room = [NOTHING; PACKET];
+                room[..rays.len()].copy_from_slice(rays);
+                &room
             }
-            packet.t_min.set(at, ray.t_min);
-            far.set(at, ray.t_max);
+        };
+        let zero = Column::splat(0.0);
+        let (origin, direction, reciprocal) = ([zero; 3], [zero; 3], [zero; 3]);
+        let mut packet = Self { origin, direction, reciprocal, t_min: zero, negative: [0; 3] };
+        let mut far = zero;
+        for four in 0..PACKET / 4 {
+            let four_rays = [
+                rays[4 * four].quads(),
+                rays[4 * four + 1].quads(),
+                rays[4 * four + 2].quads(),
+                rays[4 * four + 3].quads(),
+            ];
+            let [x, y, z, t_min] = columns(isa, four_rays, 0);
+            put(isa, &mut packet.origin[0], four, x);
+            put(isa, &mut packet.origin[1], four, y);
+            put(isa, &mut packet.origin[2], four, z);
+            put(isa, &mut packet.t_min, four, t_min);
+            let [x, y, z, t_max] = columns(isa, four_rays, 1);
+            put(isa, &mut packet.direction[0], four, x);
+            put(isa, &mut packet.direction[1], four, y);
+            put(isa, &mut packet.direction[2], four, z);
+            put(isa, &mut far, four, t_max);
         }
-        packet.negative = packet.downwards(isa);
+        let mut set = packet.finish(isa);
+        let zero = isa.splat16(0.0);
+        for row in 0..ROWS {
+            // Adding zero turns negative zeros into positive ones, whose bits order like their value.
+            let t_min = isa.add16(isa.max16(zero, isa.load16(&packet.t_min.0[row])), zero);
+            let t_max = isa.add16(isa.load16(&far.0[row]), zero);
+            let forward = isa.le16(t_min, t_max);
+            set &= u64::from(forward) << (16 * row) | !(0xffff << (16 * row));
+            packet.t_min.0[row] = isa.store16(t_min);
+            far.0[row] = isa.store16(t_max);
+            let out = !lanes_of(set, row);
+            if out != 0 {
+                isa.keep16(&mut far.0[row], out, isa.splat16(f32::NEG_INFINITY));
+            }
+        }
         (packet, set, far)
     }
 
@@ -141,40 +190,51 @@ impl RayPacket {
     #[inline(always)]
     pub(crate) fn moved<I: Isa>(&self, isa: I, map: &Affine) -> (Self, u64) {
         let mut packet = self.clone();
-        let mut sane = Column::splat(0.0);
         for row in 0..ROWS {
             for axis in 0..3 {
                 let origin = turned(isa, &self.origin, row, map, axis);
                 packet.origin[axis].0[row] = isa.store16(isa.add16(origin, isa.splat16(map.translation[axis])));
                 packet.direction[axis].0[row] = isa.store16(turned(isa, &self.direction, row, map, axis));
             }
-            for lane in 0..16 {
-                let (mut finite, mut forward) = (true, false);
-                for axis in 0..3 {
-                    let (o, d) = (packet.origin[axis].0[row].0[lane], packet.direction[axis].0[row].0[lane]);
-                    finite &= o.abs() <= f32::MAX && d.abs() <= f32::MAX;
-                    forward |= d != 0.0;
-                }
-                sane.0[row].0[lane] = if finite & forward { 1.0 } else { 0.0 };
-            }
         }
-        packet.negative = packet.downwards(isa);
-        (packet, sane.positive(isa))
+        let set = packet.finish(isa);
+        (packet, set)
     }
 
+    /// Fills in what follows from origins and directions, and tells which rays have finite ones and go anywhere.
     #[inline(always)]
-    fn downwards<I: Isa>(&self, isa: I) -> [u64; 3] {
-        let mut negative = [0; 3];
-        for axis in 0..3 {
-            let mut signs = Column::splat(0.0);
-            for row in 0..ROWS {
-                for lane in 0..16 {
-                    // A negative zero runs down too.
-                    signs.0[row].0[lane] = -1.0_f32.copysign(self.direction[axis].0[row].0[lane]);
-                }
+    fn finish<I: Isa>(&mut self, isa: I) -> u64 {
+        let (zero, one) = (isa.splat16(0.0), isa.splat16(1.0));
+        let mut set = 0;
+        self.negative = [0; 3];
+        for row in 0..ROWS {
+            let (mut nothing, mut largest) = (zero, zero);
+            for axis in 0..3 {
+                let (origin, direction) =
+                    (isa.load16(&self.origin[axis].0[row]), isa.load16(&self.direction[axis].0[row]));
+                // Zero times what is finite, and no number otherwise.
+                nothing = isa.add16(nothing, isa.add16(isa.mul16(origin, zero), isa.mul16(direction, zero)));
+                largest = isa.max16(size(isa, direction), largest);
+                // Of a negative zero it is negative, too.
+                let reciprocal = isa.div16(one, direction);
+                self.negative[axis] |= u64::from(isa.le16(reciprocal, zero)) << (16 * row);
+                self.reciprocal[axis].0[row] = isa.store16(reciprocal);
             }
-            negative[axis] = signs.positive(isa);
+            set |= u64::from(isa.eq16(nothing, zero) & !isa.le16(largest, zero)) << (16 * row);
         }
-        negative
+        set
     }
+}
+
+/// One half of each of four rays, number by number.
+#[inline(always)]
+fn columns<I: Isa>(isa: I, rays: [&[[f32; 4]; 2]; 4], half: usize) -> [I::F4; 4] {
+    let (a, b) = (isa.load4(&rays[0][half]), isa.load4(&rays[1][half]));
+    isa.transpose4([a, b, isa.load4(&rays[2][half]), isa.load4(&rays[3][half])])
+}
+
+/// Writes four numbers next to each other.
+#[inline(always)]
+fn put<I: Isa>(isa: I, column: &mut Column, four: usize, x: I::F4) {
+    column.0[four >> 2 & 3].0.as_chunks_mut::<4>().0[four & 3] = isa.store4(x);
 }

@@ -81,7 +81,7 @@ impl Kernel for Compare {
 
         // A box that a ray enters by itself is entered in the packet, and the interval does not rule it out.
         let mut entered = 0;
-        let planes = PacketPlanes::new(isa, &packet, &scene, Lean::TRIANGLES);
+        let planes = PacketPlanes::new(isa, &packet, set, &scene, Lean::TRIANGLES);
         for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
             let one = SafeRay::new(&ray, &scene, Lean::TRIANGLES);
             assert_eq!(planes.careful >> at & 1 == 1, one.needs_care(), "seed {seed}, {ray:?}");
@@ -103,8 +103,8 @@ impl Kernel for Compare {
             node.in_use = 0xff;
             for alike in octants(set & !planes.careful, packet.negative) {
                 let interval = Interval::new(isa, &packet, &planes, alike);
-                let (mask, entries) = interval.enter(isa, &node, isa.splat8(f32::INFINITY));
-                let entries = isa.store8(entries);
+                let (entries, exits) = interval.enter(isa, &node, f32::INFINITY);
+                let (mask, entries) = (isa.before8(entries, exits), isa.store8(entries));
                 for lane in 0..8 {
                     let row = planes.enter(isa, (&node, lane), interval.sides, alike, &packet.t_min, &t_max);
                     for at in (0..PACKET).filter(|at| alike >> at & 1 == 1) {

@@ -1,0 +1,236 @@
+//! A packet's way through both levels.
+
+use super::ask::Rules;
+use super::gather_rows::GatherRows;
+use super::{Cull, Filter};
+use crate::geometry::slab::Lean;
+use crate::geometry::{Ray, Sheared, TriangleHit};
+use crate::simd::{Isa, Kernel, Row};
+use crate::traverse::{
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel,
+    lanes_of, octants, walk_packet,
+};
+use crate::wide::{InstanceRecord, WideLink};
+
+/// Answers a packet, and says which rays are still to be asked alone.
+pub(super) struct Together<'a, F, G: GatherRows, W> {
+    pub(super) world: &'a TwoLevel,
+    pub(super) rays: &'a [Ray],
+    pub(super) rules: Rules<F>,
+    /// Number of the first ray in its batch.
+    pub(super) first: usize,
+    pub(super) answers: &'a mut [G::Answer],
+    pub(super) within: &'a W,
+}
+
+impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G, W> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> u64 {
+        let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
+        let gather = (self.within)(t_max);
+        let mut visitor =
+            InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone: 0 };
+        if self.world.top.instances().len() == 1 {
+            // The boxes in the root of its mesh say as much as its own.
+            visitor.leaf(isa, WideLink::units(0..1), set);
+        } else {
+            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), Lean::INSTANCES);
+            visitor.alone = planes.careful;
+            for set in octants(set & !planes.careful, rays.negative) {
+                let interval = Interval::new(isa, &rays, &planes, set);
+                walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
+            }
+        }
+        for (at, answer) in self.answers.iter_mut().enumerate() {
+            *answer = visitor.gather.answer(at);
+        }
+        visitor.alone
+    }
+}
+
+pub(super) struct InWorld<'a, F, G> {
+    world: &'a TwoLevel,
+    pub(super) rays: &'a RayPacket,
+    rules: Rules<F>,
+    first: usize,
+    pub(super) gather: G,
+    /// Rays that only double precision does justice, somewhere.
+    pub(super) alone: u64,
+}
+
+impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
+    const ANY: bool = G::ANY;
+
+    #[inline(always)]
+    fn t_max(&self) -> &Column {
+        self.gather.t_max()
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
+        let units = link.index()..link.index() + link.unit_count();
+        for &instance in &self.world.top.instances()[units] {
+            let record = &self.world.instances[instance as usize];
+            if record.mask & self.rules.mask == 0 {
+                continue;
+            }
+            let counts = Counts { rules: self.rules, first: self.first, instance, record };
+            let mesh = &*self.world.meshes[record.mesh as usize];
+            let moved;
+            let (rays, set) = if record.identity {
+                (self.rays, set)
+            } else {
+                let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
+                moved = rays;
+                (&moved, set & sane)
+            };
+            let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), Lean::TRIANGLES);
+            self.alone |= planes.careful;
+            let sheared = ShearedPacket::new(isa, rays);
+            let mut visitor = InMesh { rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
+            for set in octants(set & !planes.careful, rays.negative) {
+                let interval = Interval::new(isa, rays, &planes, set);
+                walk_packet(isa, mesh.bvh.tree(), rays, &planes, &interval, &mut visitor);
+            }
+        }
+        true
+    }
+}
+
+struct InMesh<'a, F, G> {
+    rays: &'a RayPacket,
+    sheared: &'a ShearedPacket,
+    mesh: &'a Posed,
+    counts: Counts<'a, F>,
+    gather: &'a mut G,
+}
+
+impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
+    const ANY: bool = G::ANY;
+
+    #[inline(always)]
+    fn t_max(&self) -> &Column {
+        self.gather.t_max()
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
+        let mut is_nearer = false;
+        for unit in link.index()..link.index() + link.unit_count() {
+            let block = self.mesh.bvh.block(unit);
+            for along in 0..3 {
+                let set = set & self.sheared.along[along];
+                if set == 0 {
+                    continue;
+                }
+                // All rays of the set share an octant.
+                let downwards = self.rays.negative[along] & set != 0;
+                let axes = ShearedPacket::axes(along, downwards);
+                for lane in 0..block.count as usize {
+                    let mut corners = [[isa.splat16(0.0); 3]; 3];
+                    for corner in 0..3 {
+                        for axis in 0..3 {
+                            corners[corner][axis] = isa.splat16(block.corners[corner][axes[axis] % 3][lane & 3]);
+                        }
+                    }
+                    let primitive = block.primitives[lane & 3];
+                    for row in 0..PACKET / 16 {
+                        let lanes = lanes_of(set, row);
+                        if lanes == 0 {
+                            continue;
+                        }
+                        let mut hits =
+                            self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
+                        if hits.lanes | hits.unsure == 0 {
+                            continue;
+                        }
+                        is_nearer = true;
+                        hits.lanes = self.counts.of(isa, row, &hits, primitive);
+                        if hits.lanes != 0 {
+                            self.gather.take(isa, row, &hits, primitive, self.counts.instance);
+                        }
+                        if hits.unsure != 0 {
+                            self.look_again(row, hits.unsure, primitive);
+                        }
+                    }
+                }
+            }
+        }
+        is_nearer
+    }
+}
+
+impl<F: Filter, G: GatherRows> InMesh<'_, F, G> {
+    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar test.
+    #[cold]
+    fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
+        for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
+            let local = self.rays.ray(ray);
+            let hit = Sheared::new(&local).hit(
+                &self.mesh.triangles.get(primitive),
+                local.t_min,
+                self.gather.t_max().get(ray),
+            );
+            if let Some(hit) = hit.filter(|hit| self.counts.one(ray, hit, primitive)) {
+                self.gather.take_one(ray, &hit, primitive, self.counts.instance);
+            }
+        }
+    }
+}
+
+/// Which hits of a packet on an instance count.
+pub(super) struct Counts<'a, F> {
+    rules: Rules<F>,
+    /// Number of the packet's first ray in its batch.
+    first: usize,
+    pub(super) instance: u32,
+    pub(super) record: &'a InstanceRecord,
+}
+
+impl<F: Filter> Counts<'_, F> {
+    /// The lanes of a row whose hits count.
+    #[inline(always)]
+    fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u16 {
+        let lanes = match self.rules.cull {
+            Cull::None => hits.lanes,
+            Cull::Back => hits.lanes & !hits.back,
+            Cull::Front => hits.lanes & hits.back,
+        };
+        if !F::ASKS || self.record.opaque || lanes == 0 {
+            return lanes;
+        }
+        let [u, v] = hits.weights(isa);
+        let columns = [isa.store16(hits.t), isa.store16(u), isa.store16(v)];
+        self.accepted((row, lanes), &columns, hits.back, primitive)
+    }
+
+    #[inline(never)]
+    fn accepted(&self, (row, lanes): (usize, u16), [t, u, v]: &[Row; 3], back: u16, primitive: u32) -> u16 {
+        let (mut left, mut accepted) = (lanes, 0);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            let hit = TriangleHit { t: t.0[lane], u: u.0[lane], v: v.0[lane], back: back >> lane & 1 == 1 };
+            accepted |= u16::from(self.is_accepted(row * 16 + lane, &hit, primitive)) << lane;
+        }
+        accepted
+    }
+
+    /// Whether the hit of one ray of the packet counts.
+    pub(super) fn one(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
+        self.rules.cull.keeps(hit) && self.is_accepted(ray, hit, primitive)
+    }
+
+    fn is_accepted(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
+        let filter = self.rules.for_ray(self.first + ray).filter;
+        filter.accepts(hit, primitive, self.instance, self.record)
+    }
+}
+
+impl<F: Filter> Rules<F> {
+    pub(super) fn for_ray(self, number: usize) -> Self {
+        Self { filter: self.filter.for_ray(number as u32), ..self }
+    }
+}
