@@ -39,7 +39,7 @@ pub mod traverse;
 pub mod query;
 pub mod scene;
 
-pub use geometry::{Aabb, Affine, Ray};
+pub use geometry::{Aabb, Affine, Precision, Ray};
 pub use query::{Candidate, Coherence, Cull, Hit, Query};
 pub use scene::{
     EditError, FrameReport, GroupId, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId, MeshReport,

@@ -10,6 +10,7 @@ use super::traces::named;
 use super::{Log, Plan};
 use crate::agree::{Differences, compare, compare_occlusion};
 use crate::case::{Case, leeway};
+use crate::engine::ours::LOOSE;
 use crate::engine::{Batch, ours};
 use crate::exact::{self, Exact};
 use crate::ray::{Answer, Ray};
@@ -120,7 +121,8 @@ fn entrant_answers(
     let shown = notes.len().min(if ours { 3 } else { 1 });
     notes[..shown].iter().for_each(|note| log.say(note));
     checked.somebody_differs |= total.elsewhere() > 0;
-    checked.ours_wrong |= ours && total.elsewhere() > 0;
+    // Single precision is not held to what only the watertight test promises.
+    checked.ours_wrong |= ours && !entrant.name.ends_with(LOOSE) && total.elsewhere() > 0;
     true
 }
 

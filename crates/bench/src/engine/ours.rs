@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use kinetree::build::Quality;
 use kinetree::query::sort::BLOCK;
-use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Scene, Snapshot, Work};
+use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Precision, Scene, Snapshot, Work};
 
 use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
 use crate::Failure;
@@ -22,10 +22,12 @@ pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
 pub(crate) const LOOSE: &str = " precision-fast";
 
 /// Another setting is another line.
-const SETTINGS: [Kinetree; 3] = [
+const SETTINGS: [Kinetree; 5] = [
     Kinetree { name: "kinetree fastest", class: Class::Fastest, quality: Quality::Fastest, robust: true },
     Kinetree { name: "kinetree fast", class: Class::Fast, quality: Quality::Fast, robust: true },
     Kinetree { name: "kinetree best", class: Class::Best, quality: Quality::Best, robust: true },
+    Kinetree { name: "kinetree fast precision-fast", class: Class::Fast, quality: Quality::Fast, robust: false },
+    Kinetree { name: "kinetree best precision-fast", class: Class::Best, quality: Quality::Best, robust: false },
 ];
 
 #[derive(Clone, Copy)]
@@ -39,7 +41,8 @@ struct Kinetree {
 
 impl Kinetree {
     fn mesh(&self, soup: &Soup) -> Result<Mesh, Failure> {
-        Ok(Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality))
+        let precision = if self.robust { Precision::Watertight } else { Precision::Fast };
+        Ok(Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality).with_precision(precision))
     }
 }
 

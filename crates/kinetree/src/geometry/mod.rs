@@ -5,6 +5,7 @@
 mod aabb;
 mod affine;
 pub(crate) mod clip;
+mod precision;
 mod ray;
 pub(crate) mod slab;
 mod triangle;
@@ -14,6 +15,7 @@ pub(crate) mod watertight;
 pub use aabb::Aabb;
 pub use affine::Affine;
 pub use clip::clipped_bounds;
+pub use precision::Precision;
 pub use ray::Ray;
 pub use slab::SafeRay;
 pub use triangle::Triangle;

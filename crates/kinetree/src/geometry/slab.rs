@@ -27,6 +27,9 @@ impl Lean {
     /// Over boxes of triangles. The vertices' error in the triangle test is below 5 roundings.
     pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0 };
 
+    /// For who does not mind what is missed by roundings.
+    pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0 };
+
     /// Over world boxes of instances. Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement
     /// is skewed; and taking the origin to an instance mixes its coordinates, so roundings of the largest one count on every axis.
     pub(crate) const INSTANCES: Self = Self { slack: 64.0, stray: 16.0 * UNIT_ROUNDOFF };
@@ -34,7 +37,8 @@ impl Lean {
     /// A ray that runs flatter than this to the planes of an axis counts as parallel to them; leaning in proportion would lead nowhere.
     #[inline(always)]
     pub(crate) const fn parallel(self) -> f32 {
-        1.0 / (4.0 * self.slack * UNIT_ROUNDOFF)
+        let slack = if self.slack < Self::TRIANGLES.slack { Self::TRIANGLES.slack } else { self.slack };
+        1.0 / (4.0 * slack * UNIT_ROUNDOFF)
     }
 }
 

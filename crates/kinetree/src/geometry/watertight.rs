@@ -96,6 +96,19 @@ impl Sheared {
         better.or(Some(hit)).filter(|hit| t_min <= hit.t && hit.t <= t_max && hit.t.is_finite())
     }
 
+    /// The same in single precision throughout: what [`Precision::Fast`](super::Precision::Fast) is.
+    #[inline]
+    pub fn hit_fast(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
+        let [a, b, c] = triangle.corners.map(|corner| self.project(corner));
+        let [(u, _), (v, _), (w, _)] = [edge(c, b), edge(a, c), edge(b, a)];
+        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        let determinant = u + v + w;
+        let t = w.mul_add(c[2], v.mul_add(b[2], u * a[2])) / determinant * self.t_scale + 0.0;
+        // Nothing at all over nothing is no number, and in no bounds.
+        let is_hit = inside && t_min <= t && t <= t_max && t.is_finite();
+        is_hit.then(|| TriangleHit { t, u: v / determinant, v: w / determinant, back: determinant < 0.0 })
+    }
+
     /// Where the ray meets the plane of the triangle, which it is known to meet, and from which side. `None` where even double precision sees no triangle.
     #[cold]
     fn hit_in_double(&self, triangle: &Triangle, back: bool) -> Option<TriangleHit> {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::{Cull, Filter, Hit};
 use crate::geometry::slab::Lean;
-use crate::geometry::{Aabb, Ray, SafeRay, Sheared, TriangleHit};
+use crate::geometry::{Aabb, Precision, Ray, SafeRay, Sheared, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
 use crate::traverse::{Carefully, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide};
 use crate::wide::{InstanceRecord, WideLink};
@@ -128,43 +128,60 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
                 continue;
             }
             tally.instance();
-            let quads = if record.identity {
-                RayQuads::new(isa, self.ray)
-            } else {
-                RayQuads::moved(isa, self.ray, &record.object_from_world)
-            };
-            let mesh = &*self.world.meshes[record.mesh as usize];
-            let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
-            let tree = mesh.bvh.tree();
-            let lanes = match RayLanes::new(isa, &quads, tree.around(), Lean::TRIANGLES) {
-                Some(lanes) => lanes,
-                None => match safe(&ray.local, tree.around(), Lean::TRIANGLES) {
-                    Some(safe) if safe.needs_care() => {
-                        ray.carefully(&safe, self.gather, tally)?;
-                        continue;
-                    }
-                    Some(safe) => RayLanes::of(isa, &quads, &safe),
-                    None => continue,
-                },
-            };
-            let sheared = ShearedLanes::new(isa, &ray.local);
-            let mut visitor =
-                InMesh { ray: &ray, lanes: sheared, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
-            walk_wide(isa, tree, lanes, &mut visitor, tally);
-            visitor.done?;
+            match self.world.meshes[record.mesh as usize].precision {
+                Precision::Watertight => self.enter::<I, T, true>(isa, instance, record, tally)?,
+                Precision::Fast => self.enter::<I, T, false>(isa, instance, record, tally)?,
+            }
         }
         ControlFlow::Continue(())
     }
 }
 
-struct InMesh<'a, I: Isa, F, G> {
+impl<F: Filter, G: Gather> InWorld<'_, F, G> {
+    /// Goes through the tree of the mesh that stands there.
+    #[inline(always)]
+    fn enter<I: Isa, T: Tally, const WATERTIGHT: bool>(
+        &mut self,
+        isa: I,
+        instance: u32,
+        record: &InstanceRecord,
+        tally: &mut T,
+    ) -> ControlFlow<()> {
+        let quads = if record.identity {
+            RayQuads::new(isa, self.ray)
+        } else {
+            RayQuads::moved(isa, self.ray, &record.object_from_world)
+        };
+        let mesh = &*self.world.meshes[record.mesh as usize];
+        let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
+        let tree = mesh.bvh.tree();
+        let lean = if WATERTIGHT { Lean::TRIANGLES } else { Lean::BARE };
+        let lanes = match RayLanes::new(isa, &quads, tree.around(), lean) {
+            Some(lanes) => lanes,
+            None => match safe(&ray.local, tree.around(), Lean::TRIANGLES) {
+                Some(safe) if safe.needs_care() => return ray.carefully::<G, T, WATERTIGHT>(&safe, self.gather, tally),
+                Some(safe) => RayLanes::of(isa, &quads, &safe),
+                None => return ControlFlow::Continue(()),
+            },
+        };
+        let sheared = ShearedLanes::<I, WATERTIGHT>::new(isa, &ray.local);
+        let mut visitor =
+            InMesh { ray: &ray, lanes: sheared, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
+        walk_wide(isa, tree, lanes, &mut visitor, tally);
+        visitor.done
+    }
+}
+
+struct InMesh<'a, I: Isa, F, G, const WATERTIGHT: bool> {
     ray: &'a RayInMesh<'a, F>,
-    lanes: ShearedLanes<'a, I>,
+    lanes: ShearedLanes<'a, I, WATERTIGHT>,
     gather: &'a mut G,
     done: ControlFlow<()>,
 }
 
-impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InMesh<'_, I, F, G> {
+impl<I: Isa, F: Filter, G: Gather, T: Tally, const WATERTIGHT: bool> WideVisitor<I, T>
+    for InMesh<'_, I, F, G, WATERTIGHT>
+{
     const ANY: bool = G::ANY;
 
     #[inline(always)]
@@ -225,7 +242,11 @@ impl<'a, F: Filter> RayInMesh<'a, F> {
     /// The hit of one triangle, if it counts.
     #[inline]
     pub(crate) fn hit(&self, sheared: &Sheared, primitive: u32, t_max: f32) -> Option<Hit> {
-        let hit = sheared.hit(&self.mesh.triangles.get(primitive), self.local.t_min, t_max)?;
+        let triangle = self.mesh.triangles.get(primitive);
+        let hit = match self.mesh.precision {
+            Precision::Watertight => sheared.hit(&triangle, self.local.t_min, t_max)?,
+            Precision::Fast => sheared.hit_fast(&triangle, self.local.t_min, t_max)?,
+        };
         self.counts(&hit, primitive).then(|| Hit::new(&hit, primitive, self.instance))
     }
 
@@ -236,8 +257,13 @@ impl<'a, F: Filter> RayInMesh<'a, F> {
 
     #[cold]
     #[inline(never)]
-    fn carefully<G: Gather, T: Tally>(&self, safe: &SafeRay, gather: &mut G, tally: &mut T) -> ControlFlow<()> {
-        let lanes = ShearedLanes::new(Scalar, &self.local);
+    fn carefully<G: Gather, T: Tally, const WATERTIGHT: bool>(
+        &self,
+        safe: &SafeRay,
+        gather: &mut G,
+        tally: &mut T,
+    ) -> ControlFlow<()> {
+        let lanes = ShearedLanes::<Scalar, WATERTIGHT>::new(Scalar, &self.local);
         let mut visitor = InMesh { ray: self, lanes, gather, done: ControlFlow::Continue(()) };
         walk_wide(Scalar, self.mesh.bvh.tree(), Carefully(safe), &mut visitor, tally);
         visitor.done

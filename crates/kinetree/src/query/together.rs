@@ -4,7 +4,7 @@ use super::ask::Rules;
 use super::gather_rows::GatherRows;
 use super::{Cull, Filter};
 use crate::geometry::slab::Lean;
-use crate::geometry::{Ray, Sheared, TriangleHit};
+use crate::geometry::{Precision, Ray, Sheared, TriangleHit};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel,
@@ -89,17 +89,18 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
             let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), Lean::TRIANGLES);
             self.alone |= planes.careful;
             let sheared = ShearedPacket::new(isa, rays);
-            let mut visitor = InMesh { rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
-            for set in octants(set & !planes.careful, rays.negative) {
-                let interval = Interval::new(isa, rays, &planes, set);
-                walk_packet(isa, mesh.bvh.tree(), rays, &planes, &interval, &mut visitor);
+            let in_mesh = InMesh::<F, G, true> { rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
+            let set = set & !planes.careful;
+            match mesh.precision {
+                Precision::Watertight => in_mesh.walk(isa, &planes, set),
+                Precision::Fast => in_mesh.in_single_precision().walk(isa, &planes, set),
             }
         }
         true
     }
 }
 
-struct InMesh<'a, F, G> {
+struct InMesh<'a, F, G, const WATERTIGHT: bool> {
     rays: &'a RayPacket,
     sheared: &'a ShearedPacket,
     mesh: &'a Posed,
@@ -107,7 +108,7 @@ struct InMesh<'a, F, G> {
     gather: &'a mut G,
 }
 
-impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
+impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> for InMesh<'_, F, G, WATERTIGHT> {
     const ANY: bool = G::ANY;
 
     #[inline(always)]
@@ -141,8 +142,14 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
                         if lanes == 0 {
                             continue;
                         }
-                        let mut hits =
-                            self.sheared.hits(isa, self.rays, axes, &corners, (row, lanes), self.gather.t_max());
+                        let mut hits = self.sheared.hits::<I, WATERTIGHT>(
+                            isa,
+                            self.rays,
+                            axes,
+                            &corners,
+                            (row, lanes),
+                            self.gather.t_max(),
+                        );
                         if hits.lanes | hits.unsure == 0 {
                             continue;
                         }
@@ -162,7 +169,20 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InMesh<'_, F, G> {
     }
 }
 
-impl<F: Filter, G: GatherRows> InMesh<'_, F, G> {
+impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATERTIGHT> {
+    fn in_single_precision(self) -> InMesh<'a, F, G, false> {
+        let Self { rays, sheared, mesh, counts, gather } = self;
+        InMesh { rays, sheared, mesh, counts, gather }
+    }
+
+    #[inline(always)]
+    fn walk<I: Isa>(mut self, isa: I, planes: &PacketPlanes, set: u64) {
+        for set in octants(set, self.rays.negative) {
+            let interval = Interval::new(isa, self.rays, planes, set);
+            walk_packet(isa, self.mesh.bvh.tree(), self.rays, planes, &interval, &mut self);
+        }
+    }
+
     /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar test.
     #[cold]
     fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {

@@ -246,6 +246,7 @@ impl LivingMesh {
             let triangles = Triangles::new(data.positions.clone(), data.triangles.clone());
             spare.triangles = triangles.expect("a mesh has only indices in range");
         }
+        spare.precision = data.precision;
         spare.normals.clear();
         spare.normals.extend_from_slice(current.map_or(&data.normals, |current| &current.normals));
         let rest = current.map_or(&data.positions[..], |current| current.triangles.positions());

@@ -6,7 +6,7 @@ use super::input::check_finite;
 use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
 use crate::build::{self, BuildOptions, Cancelled, Quality, Watch};
-use crate::geometry::{Triangles, fingerprint};
+use crate::geometry::{Precision, Triangles, fingerprint};
 use crate::wide::{TreeFileError, WideMesh};
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
@@ -26,6 +26,7 @@ pub(crate) struct MeshData {
     pub(crate) skin: Option<Skin>,
     /// Instead of what the motion suggests.
     pub(crate) quality: Option<Quality>,
+    pub(crate) precision: Precision,
     /// Of the rest pose; built by the first of several clones that bend.
     pub(crate) first_build: OnceLock<WideMesh>,
 }
@@ -96,6 +97,11 @@ impl Mesh {
             data.quality = Some(quality);
             data.first_build = OnceLock::new();
         })
+    }
+
+    /// How carefully triangles are tested, instead of [`Precision::Watertight`].
+    pub fn with_precision(self, precision: Precision) -> Self {
+        self.changed(|data| data.precision = precision)
     }
 
     /// A tree that [`Mesh::bake`] gave earlier for the same positions and triangles. The first commit takes it instead of building one, whatever the

@@ -4,9 +4,9 @@ use crate::geometry::{NEAR, OFF, Ray, Sheared, TriangleHit, UNSURE};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
-/// A sheared ray in registers.
+/// A sheared ray in registers, for tests that are watertight or in single precision throughout ([`Sheared::hit_fast`]).
 #[derive(Clone, Copy)]
-pub(crate) struct ShearedLanes<'a, I: Isa> {
+pub(crate) struct ShearedLanes<'a, I: Isa, const WATERTIGHT: bool> {
     ray: &'a Ray,
     axes: [usize; 3],
     origin: [I::F4; 3],
@@ -15,7 +15,7 @@ pub(crate) struct ShearedLanes<'a, I: Isa> {
     t_min: I::F4,
 }
 
-impl<'a, I: Isa> ShearedLanes<'a, I> {
+impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &'a Ray) -> Self {
         let Sheared { axes, shear, t_scale, .. } = Sheared::new(ray);
@@ -47,24 +47,27 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
         let b = self.project(isa, block, 1);
         let c = self.project(isa, block, 2);
         let ((u, lost_u), (v, lost_v), (w, lost_w)) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
-        let (inside, on_edge) = isa.sides4(u, v, w);
+        let (inside, on_edge) = if WATERTIGHT { isa.sides4(u, v, w) } else { (sides(isa, u, v, w), 0) };
         if inside | on_edge == 0 {
             return BlockHits::NONE;
         }
         let determinant = isa.add4(isa.add4(u, v), w);
         let sum = isa.fused4(w, c[2], isa.fused4(v, b[2], isa.mul4(u, a[2])));
-        let lost = isa.max4(isa.max4(lost_u, lost_v), lost_w);
-        let size = isa.abs4(determinant);
-        let depth = isa.max4(isa.max4(isa.abs4(a[2]), isa.abs4(b[2])), isa.abs4(c[2]));
-        let bound = isa.mul4(size, depth);
-        let near = inside & isa.le4(isa.mul4(isa.splat4(NEAR), isa.abs4(sum)), bound);
-        let mut unsure = on_edge | inside & isa.le4(isa.mul4(isa.splat4(UNSURE), size), lost);
         let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
         let t_max = isa.splat4(farthest);
-        if near != 0 {
-            let off = isa.mul4(depth, isa.mul4(isa.splat4(OFF), self.t_scale));
-            let in_bounds = isa.le4(isa.sub4(self.t_min, off), t) & isa.le4(t, isa.add4(t_max, off));
-            unsure |= near & (in_bounds | isa.le4(isa.splat4(f32::INFINITY), bound));
+        let mut unsure = on_edge;
+        if WATERTIGHT {
+            let lost = isa.max4(isa.max4(lost_u, lost_v), lost_w);
+            let size = isa.abs4(determinant);
+            let depth = isa.max4(isa.max4(isa.abs4(a[2]), isa.abs4(b[2])), isa.abs4(c[2]));
+            let bound = isa.mul4(size, depth);
+            let near = inside & isa.le4(isa.mul4(isa.splat4(NEAR), isa.abs4(sum)), bound);
+            unsure |= inside & isa.le4(isa.mul4(isa.splat4(UNSURE), size), lost);
+            if near != 0 {
+                let off = isa.mul4(depth, isa.mul4(isa.splat4(OFF), self.t_scale));
+                let in_bounds = isa.le4(isa.sub4(self.t_min, off), t) & isa.le4(t, isa.add4(t_max, off));
+                unsure |= near & (in_bounds | isa.le4(isa.splat4(f32::INFINITY), bound));
+            }
         }
         let mask = inside & isa.le4(self.t_min, t) & isa.le4(t, t_max) & !unsure;
         if mask | unsure == 0 {
@@ -82,6 +85,13 @@ impl<'a, I: Isa> ShearedLanes<'a, I> {
         }
         hits
     }
+}
+
+/// Where all three are at least, or at most, zero.
+#[inline(always)]
+fn sides<I: Isa>(isa: I, u: I::F4, v: I::F4, w: I::F4) -> u8 {
+    let (zero, least) = (isa.splat4(0.0), isa.min4(isa.min4(u, v), w));
+    isa.le4(zero, least) | isa.le4(isa.max4(isa.max4(u, v), w), zero)
 }
 
 /// On which side of an edge the rays pass, and the size of what may be lost of it. Both products are rounded, never fused.

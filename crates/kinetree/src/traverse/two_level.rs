@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::geometry::Triangles;
+use crate::geometry::{Precision, Triangles};
 use crate::simd::Level;
 use crate::wide::{InstanceRecord, WideMesh, WideTop};
 
@@ -16,6 +16,8 @@ pub struct Posed {
     pub triangles: Triangles,
     /// One per vertex, or none at all.
     pub normals: Vec<[f32; 3]>,
+    /// How carefully triangles are tested.
+    pub precision: Precision,
 }
 
 /// A frame, as walks see it.

@@ -85,9 +85,9 @@ impl ShearedPacket {
         if downwards { [y, x, along] } else { [x, y, along] }
     }
 
-    /// The hits of those `lanes` of a row whose sheared space has these axes, between the bounds, inclusive. The corners' numbers stand in the order of the axes.
+    /// Watertight or in single precision throughout, the hits of those `lanes` of a row whose sheared space has these axes, between the bounds, inclusive. The corners' numbers stand in the order of the axes.
     #[inline(always)]
-    pub(crate) fn hits<I: Isa>(
+    pub(crate) fn hits<I: Isa, const WATERTIGHT: bool>(
         &self,
         isa: I,
         rays: &RayPacket,
@@ -113,21 +113,24 @@ impl ShearedPacket {
         if inside == 0 {
             return RowHits { lanes: 0, unsure: 0, back, t: zero, v, w, determinant };
         }
-        let on_edge = (isa.eq16(u, zero) | isa.eq16(v, zero) | isa.eq16(w, zero)) & inside;
         let sum = isa.fused16(w, c[2], isa.fused16(v, b[2], isa.mul16(u, a[2])));
-        let lost = isa.max16(isa.max16(lost_u, lost_v), lost_w);
-        let size = isa.abs16(determinant);
-        let depth = isa.max16(isa.max16(isa.abs16(a[2]), isa.abs16(b[2])), isa.abs16(c[2]));
-        let bound = isa.mul16(size, depth);
-        let near = inside & isa.le16(isa.mul16(isa.splat16(NEAR), isa.abs16(sum)), bound);
-        let mut unsure = on_edge | inside & isa.le16(isa.mul16(isa.splat16(UNSURE), size), lost);
         let t_scale = isa.load16(&self.t_scale.0[row]);
         let t = isa.mul16(isa.div16(sum, determinant), t_scale);
         let (t_min, t_max) = (isa.load16(&rays.t_min.0[row]), isa.load16(&t_max.0[row]));
-        if near != 0 {
-            let off = isa.mul16(depth, isa.mul16(isa.splat16(OFF), t_scale));
-            let in_bounds = isa.le16(isa.sub16(t_min, off), t) & isa.le16(t, isa.add16(t_max, off));
-            unsure |= near & (in_bounds | isa.le16(isa.splat16(f32::INFINITY), bound));
+        let mut unsure = 0;
+        if WATERTIGHT {
+            let on_edge = isa.eq16(u, zero) | isa.eq16(v, zero) | isa.eq16(w, zero);
+            let lost = isa.max16(isa.max16(lost_u, lost_v), lost_w);
+            let size = isa.abs16(determinant);
+            let depth = isa.max16(isa.max16(isa.abs16(a[2]), isa.abs16(b[2])), isa.abs16(c[2]));
+            let bound = isa.mul16(size, depth);
+            let near = inside & isa.le16(isa.mul16(isa.splat16(NEAR), isa.abs16(sum)), bound);
+            unsure = inside & (on_edge | isa.le16(isa.mul16(isa.splat16(UNSURE), size), lost));
+            if near != 0 {
+                let off = isa.mul16(depth, isa.mul16(isa.splat16(OFF), t_scale));
+                let in_bounds = isa.le16(isa.sub16(t_min, off), t) & isa.le16(t, isa.add16(t_max, off));
+                unsure |= near & (in_bounds | isa.le16(isa.splat16(f32::INFINITY), bound));
+            }
         }
         let met = isa.le16(t_min, t) & isa.le16(t, t_max) & isa.le16(t, isa.splat16(f32::MAX));
         // Adding zero turns a negative zero into a positive one.
