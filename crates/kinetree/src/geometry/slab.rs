@@ -27,7 +27,7 @@ impl Lean {
     /// Over boxes of triangles. The vertices' error in the triangle test is below 5 roundings.
     pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0 };
 
-    /// For who does not mind what is missed by roundings.
+    /// By the roundings of the box test alone, not by those of the triangle test.
     pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0 };
 
     /// Over world boxes of instances. Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement

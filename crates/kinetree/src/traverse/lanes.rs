@@ -94,11 +94,14 @@ impl<I: Isa> RayLanes<I> {
             return None;
         }
         let unit = lean.slack * UNIT_ROUNDOFF;
-        let (mut near, mut far) = (reciprocal, reciprocal);
-        if unit > 0.0 {
-            near = isa.mul4(reciprocal, isa.mul_sub4(flatness, isa.splat4(-unit), isa.splat4(unit - 1.0)));
-            far = isa.mul4(reciprocal, isa.mul_sub4(flatness, isa.splat4(unit), isa.splat4(-1.0 - unit)));
-        }
+        let (near, far) = if unit > 0.0 {
+            let near = isa.mul_sub4(flatness, isa.splat4(-unit), isa.splat4(unit - 1.0));
+            let far = isa.mul_sub4(flatness, isa.splat4(unit), isa.splat4(-1.0 - unit));
+            (isa.mul4(reciprocal, near), isa.mul4(reciprocal, far))
+        } else {
+            // Two roundings for each of two axes, and as many again.
+            (reciprocal, isa.mul4(reciprocal, isa.splat4(1.0 + 8.0 * UNIT_ROUNDOFF)))
+        };
         let (near_origin, far_origin) = (isa.mul4(origin, near), isa.mul4(origin, far));
         let four = isa.splat4(4.0 * UNIT_ROUNDOFF);
         let (mut near_slack, mut far_slack) =
