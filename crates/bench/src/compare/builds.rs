@@ -7,6 +7,7 @@ use crate::Failure;
 use crate::engine::{Class, Crew, Engine, Prepared, Tree};
 use crate::measure::clock::{Stopwatch, Took, Whose};
 use crate::measure::memory::Held;
+use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
 use crate::report::{Metric, Row, Unit};
 use crate::soup::Soup;
@@ -62,6 +63,7 @@ pub(crate) fn alone(engine: &str) -> String {
 
 fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Took> {
     ready.renew().ok()?;
+    let _pinned = (crew.threads == 1).then(|| Pinned::all_to(0));
     // Engines work on threads of their own, so the whole process counts; nothing else runs in it.
     let watch = Stopwatch::start(Whose::Process);
     let tree = guarded(|| ready.build(crew)).ok()?;

@@ -6,6 +6,7 @@ use super::{Log, Plan};
 use crate::Failure;
 use crate::engine::{Crew, Engine, Refit};
 use crate::measure::clock::{Stopwatch, Whose};
+use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
 use crate::report::{Metric, Row, UNINDEXED};
 use crate::soup::Soup;
@@ -42,6 +43,7 @@ pub(crate) fn run(
             let positions = &places[turns[at] % 2];
             turns[at] += 1;
             let (engine, refit) = &mut following[at];
+            let _pinned = Pinned::all_to(0);
             let watch = Stopwatch::start(Whose::Process);
             let done = guarded(|| refit.refit(positions));
             let took = watch.read();

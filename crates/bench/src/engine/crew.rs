@@ -5,7 +5,6 @@ use crate::Failure;
 /// So many threads, and no others, work on what runs within.
 pub(crate) struct Crew {
     /// How many.
-    #[cfg_attr(not(feature = "embree"), allow(dead_code))]
     pub(crate) threads: usize,
     pool: rayon::ThreadPool,
 }

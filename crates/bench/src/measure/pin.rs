@@ -1,42 +1,74 @@
-//! Keeping a thread on one core.
+//! Keeping threads on one core.
 
-/// As long as it lives, this thread stays on one core. Threads that are started meanwhile would stay there too, so none are.
+/// As long as it lives, threads stay on one core.
 pub(crate) struct Pinned {
     #[cfg(target_os = "linux")]
     before: Option<libc::cpu_set_t>,
+    #[cfg(target_os = "linux")]
+    threads: Threads,
 }
 
-#[cfg(target_os = "linux")]
+#[derive(Clone, Copy)]
+#[cfg_attr(not(target_os = "linux"), allow(dead_code))]
+enum Threads {
+    Caller,
+    All,
+}
+
 impl Pinned {
-    /// To the `number`-th core of those that the thread may use; it begins again when there are fewer. When the system refuses, the thread goes
-    /// on unpinned.
+    /// This thread, to the `number`-th core of those that it may use; it begins again when there are fewer. When the system refuses, the thread goes
+    /// on unpinned. Threads that are started meanwhile would stay there too, so none are.
     pub(crate) fn to(number: usize) -> Self {
+        Self::pin(Threads::Caller, number)
+    }
+
+    /// All threads of this process likewise, and those that are started meanwhile: one that only waits for another, spinning, would else slow it down where two cores
+    /// are halves of one.
+    pub(crate) fn all_to(number: usize) -> Self {
+        Self::pin(Threads::All, number)
+    }
+
+    #[cfg(target_os = "linux")]
+    fn pin(threads: Threads, number: usize) -> Self {
         // SAFETY: a set of processors is plain bits, for which zero is a value: none.
         let mut before: libc::cpu_set_t = unsafe { std::mem::zeroed() };
-        let size = size_of::<libc::cpu_set_t>();
         // SAFETY: the place is live and has the size that is given; 0 is the calling thread.
-        if unsafe { libc::sched_getaffinity(0, size, &mut before) } != 0 {
-            return Self { before: None };
+        if unsafe { libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &mut before) } != 0 {
+            return Self { before: None, threads };
         }
         // SAFETY: every number is below the size of the set.
         let allowed: Vec<usize> =
             (0..libc::CPU_SETSIZE as usize).filter(|&core| unsafe { libc::CPU_ISSET(core, &before) }).collect();
-        let Some(&core) = allowed.get(number % allowed.len().max(1)) else { return Self { before: None } };
+        let Some(&core) = allowed.get(number % allowed.len().max(1)) else { return Self { before: None, threads } };
         // SAFETY: as above.
         let mut one: libc::cpu_set_t = unsafe { std::mem::zeroed() };
         // SAFETY: the number is below the size of the set.
         unsafe { libc::CPU_SET(core, &mut one) };
-        // SAFETY: the set is live and has the size that is given.
-        let pinned = unsafe { libc::sched_setaffinity(0, size, &one) } == 0;
-        Self { before: pinned.then_some(before) }
+        threads.keep_to(&one);
+        Self { before: Some(before), threads }
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn pin(_: Threads, _: usize) -> Self {
+        Self {}
     }
 }
 
-#[cfg(not(target_os = "linux"))]
-impl Pinned {
-    /// Not on this system.
-    pub(crate) fn to(_: usize) -> Self {
-        Self {}
+#[cfg(target_os = "linux")]
+impl Threads {
+    /// A thread for which it fails stays where it is.
+    fn keep_to(self, cores: &libc::cpu_set_t) {
+        let caller = 0;
+        let all = match self {
+            Self::Caller => vec![caller],
+            Self::All => std::fs::read_dir("/proc/self/task").map_or(vec![caller], |tasks| {
+                tasks.flatten().filter_map(|task| task.file_name().to_str()?.parse().ok()).collect()
+            }),
+        };
+        for thread in all {
+            // SAFETY: the set is live and has the size that is given.
+            unsafe { libc::sched_setaffinity(thread, size_of::<libc::cpu_set_t>(), cores) };
+        }
     }
 }
 
@@ -44,8 +76,25 @@ impl Pinned {
 impl Drop for Pinned {
     fn drop(&mut self) {
         if let Some(before) = &self.before {
-            // SAFETY: the set is live and has the size that is given. Should it fail, the thread stays where it is.
-            unsafe { libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), before) };
+            self.threads.keep_to(before);
         }
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    fn cores_of_a_new_thread() -> usize {
+        std::thread::spawn(|| std::thread::available_parallelism().map_or(1, |cores| cores.get())).join().unwrap()
+    }
+
+    #[test]
+    fn threads_that_are_started_meanwhile_stay_there_too_and_are_free_afterwards() {
+        let before = cores_of_a_new_thread();
+        let pinned = Pinned::to(0);
+        assert_eq!(cores_of_a_new_thread(), 1);
+        drop(pinned);
+        assert_eq!(cores_of_a_new_thread(), before);
     }
 }
