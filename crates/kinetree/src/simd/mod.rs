@@ -287,6 +287,20 @@ mod tests {
                 out.extend(isa.store16(v).0.iter().map(|x| x.to_bits()));
             }
             out.extend([u32::from(isa.le16(x, y)), u32::from(isa.eq16(x, y))]);
+            // Rounded twice, both would come out as zero.
+            let (near_one, square) = (1.0 + f32::EPSILON, 1.0 + 2.0 * f32::EPSILON);
+            for v in [
+                isa.fused16(isa.splat16(near_one), isa.splat16(near_one), isa.splat16(-square)),
+                isa.abs16(isa.fused_less16(isa.splat16(near_one), isa.splat16(near_one), isa.splat16(square))),
+            ] {
+                assert_eq!(isa.store16(v).0, [f32::EPSILON * f32::EPSILON; 16]);
+            }
+            for v in [
+                isa.fused4(isa.splat4(near_one), isa.splat4(near_one), isa.splat4(-square)),
+                isa.abs4(isa.fused_less4(isa.splat4(near_one), isa.splat4(near_one), isa.splat4(square))),
+            ] {
+                assert_eq!(isa.store4(v), [f32::EPSILON * f32::EPSILON; 4]);
+            }
             let mut place = Row([7.0; 16]);
             isa.keep16(&mut place, 0b1010_0000_0011_0001, y);
             out.extend(place.0.iter().map(|x| x.to_bits()));
