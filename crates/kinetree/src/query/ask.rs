@@ -31,7 +31,7 @@ pub(crate) struct Rules<F> {
 
 /// What is gathered of the hits of a ray, `within` its far end. `None` when nothing can be hit.
 ///
-/// The ray is read where it stands whenever that is possible: a copy would be written in pieces and read as a whole, which processors are slow at.
+/// The ray is read where it stands; only one whose bounds have to be mended first is copied.
 #[inline]
 pub(super) fn gathered<F: Filter, G: Gather, T: Tally>(
     world: &TwoLevel,

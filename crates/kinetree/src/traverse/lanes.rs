@@ -11,7 +11,7 @@ use crate::simd::Isa;
 use crate::wide::WideNode;
 
 /// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
-const MODERATE: f32 = (1_u64 << 60) as f32;
+pub(super) const MODERATE: f32 = (1_u64 << 60) as f32;
 
 /// A ray in two registers: the origin with `t_min`, and the direction with `t_max`.
 #[derive(Clone, Copy)]

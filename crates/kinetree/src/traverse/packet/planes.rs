@@ -1,13 +1,11 @@
 //! Box tests of sixteen rays at a step: [`SafeRay`](crate::geometry::SafeRay) for a packet, by the same operations.
 
+use super::super::lanes::MODERATE;
 use super::rays::{Column, PACKET, RayPacket, lanes_of, size};
 use crate::geometry::slab::Lean;
 use crate::geometry::{Aabb, SafeRay, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::WideNode;
-
-/// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
-const MODERATE: f32 = (1_u64 << 60) as f32;
 
 /// The rays of a packet, ready for tests against boxes within known bounds: `position * scale - offset` is the distance of a plane.
 pub(crate) struct PacketPlanes {
