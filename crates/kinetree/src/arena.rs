@@ -5,19 +5,30 @@ use std::mem::MaybeUninit;
 
 use crate::threads::Threads;
 
-/// A stack with room for `N`. Making one costs nothing: to zero it would be a call, and longer than the walk of many a ray.
-pub(crate) struct Stack<T, const N: usize> {
+/// Room for a stack of `N`. Making it costs nothing: to zero it would be a call, and longer than the walk of many a ray.
+pub(crate) struct StackRoom<T, const N: usize>([MaybeUninit<T>; N]);
+
+impl<T: Copy, const N: usize> StackRoom<T, N> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self([const { MaybeUninit::uninit() }; N])
+    }
+
+    /// With nothing on it.
+    #[inline(always)]
+    pub(crate) fn stack(&mut self) -> Stack<'_, T, N> {
+        Stack { room: &mut self.0, top: N }
+    }
+}
+
+/// A stack in room that stands elsewhere, so that its top can stay in a register.
+pub(crate) struct Stack<'a, T, const N: usize> {
     /// Everything from `top` on has been written.
-    room: [MaybeUninit<T>; N],
+    room: &'a mut [MaybeUninit<T>; N],
     top: usize,
 }
 
-impl<T: Copy, const N: usize> Stack<T, N> {
-    #[inline(always)]
-    pub(crate) fn new() -> Self {
-        Self { room: [const { MaybeUninit::uninit() }; N], top: N }
-    }
-
+impl<T: Copy, const N: usize> Stack<'_, T, N> {
     /// # Panics
     /// When the stack is full.
     #[inline(always)]
@@ -36,6 +47,55 @@ impl<T: Copy, const N: usize> Stack<T, N> {
         self.top = top + 1;
         // SAFETY: everything from `top` on has been written.
         Some(unsafe { self.room[top].assume_init() })
+    }
+}
+
+/// Memory read in rows of eight numbers, from places that are counted in units of eight bytes, so that an address is a place added to where the rows begin.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    rows: &'a [[f32; 8]],
+    /// The last place that has eight rows behind it.
+    last: usize,
+}
+
+/// A place with eight rows behind it.
+#[derive(Clone, Copy)]
+pub(crate) struct EightRows<'a> {
+    rows: &'a [[f32; 8]],
+    /// At most `last`.
+    place: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// How many places there are to a row.
+    pub(crate) const PLACES: usize = size_of::<[f32; 8]>() / 8;
+
+    /// `None` when there are less than eight rows.
+    #[inline(always)]
+    pub(crate) fn new(rows: &'a [[f32; 8]]) -> Option<Self> {
+        Some(Self { rows, last: rows.len().checked_sub(8)? * Self::PLACES })
+    }
+
+    /// # Panics
+    /// When there are no eight rows behind the place.
+    #[inline(always)]
+    pub(crate) fn at(self, place: u32) -> EightRows<'a> {
+        let place = place as usize;
+        assert!(place <= self.last, "no rows behind place {place}");
+        EightRows { rows: self.rows, place }
+    }
+}
+
+impl<'a> EightRows<'a> {
+    /// # Panics
+    /// When the number is not below eight.
+    #[inline(always)]
+    pub(crate) fn row(self, number: usize) -> &'a [f32; 8] {
+        assert!(number < 8, "one of eight rows");
+        // The row comes first, because it does not change from node to node.
+        let row = self.rows.as_ptr().wrapping_add(number);
+        // SAFETY: behind the place there are eight rows, all of which live as long as the slice; and every place is aligned for numbers of four bytes.
+        unsafe { &*row.cast::<u64>().wrapping_add(self.place).cast::<[f32; 8]>() }
     }
 }
 
@@ -120,7 +180,8 @@ mod tests {
 
     #[test]
     fn what_was_pushed_last_is_popped_first() {
-        let mut stack = Stack::<u32, 3>::new();
+        let mut room = StackRoom::<u32, 3>::new();
+        let mut stack = room.stack();
         assert_eq!(stack.pop(), None);
         for value in [1, 2, 3] {
             stack.push(value);
@@ -133,9 +194,27 @@ mod tests {
     #[test]
     #[should_panic]
     fn a_full_stack_takes_no_more() {
-        let mut stack = Stack::<u32, 1>::new();
+        let mut room = StackRoom::<u32, 1>::new();
+        let mut stack = room.stack();
         stack.push(1);
         stack.push(2);
+    }
+
+    #[test]
+    fn rows_stand_behind_their_places() {
+        let numbers: Vec<[f32; 8]> =
+            (0..24).map(|row| [0, 1, 2, 3, 4, 5, 6, 7].map(|i| (8 * row + i) as f32)).collect();
+        assert!(Rows::new(&numbers[..7]).is_none());
+        let rows = Rows::new(&numbers).unwrap();
+        for place in 0..=64 {
+            let eight = rows.at(place);
+            for row in 0..8 {
+                assert_eq!(eight.row(row)[0], (2 * place as usize + 8 * row) as f32);
+            }
+        }
+        assert!(std::panic::catch_unwind(|| rows.at(65)).is_err());
+        assert!(std::panic::catch_unwind(|| rows.at(u32::MAX)).is_err());
+        assert!(std::panic::catch_unwind(|| rows.at(0).row(8)).is_err());
     }
 
     #[test]

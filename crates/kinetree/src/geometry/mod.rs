@@ -21,7 +21,7 @@ pub use slab::SafeRay;
 pub use triangle::Triangle;
 pub use triangles::Triangles;
 pub(crate) use triangles::fingerprint;
-pub(crate) use watertight::{NEAR, OFF, UNSURE};
+pub(crate) use watertight::{NEAR, OFF, OTHERS, UNSURE};
 pub use watertight::{Sheared, TriangleHit};
 
 /// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.

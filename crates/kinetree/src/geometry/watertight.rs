@@ -39,7 +39,8 @@ pub struct TriangleHit {
 
 /// Which axes come before the largest one of a direction in sheared space, when the direction runs up and when it runs down that axis: swapping them keeps the
 /// winding.
-const OTHERS: [[[usize; 2]; 2]; 4] = [[[1, 2], [2, 1]], [[2, 0], [0, 2]], [[0, 1], [1, 0]], [[0, 1], [1, 0]]];
+pub(crate) const OTHERS: [[[usize; 2]; 2]; 4] =
+    [[[1, 2], [2, 1]], [[2, 0], [0, 2]], [[0, 1], [1, 0]], [[0, 1], [1, 0]]];
 
 impl Sheared {
     /// Of a ray whose direction is zero or not finite, nothing will come of it: it meets no triangle.

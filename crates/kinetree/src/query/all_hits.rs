@@ -11,13 +11,17 @@ pub(crate) struct AllHits {
     met: Vec<Hit>,
 }
 
-impl AllHits {
-    pub(crate) fn within(t_max: f32) -> Self {
+impl Gather for AllHits {
+    const ANY: bool = false;
+    type Answer = Vec<Hit>;
+
+    #[inline]
+    fn within(t_max: f32) -> Self {
         Self { t_max, met: Vec::new() }
     }
 
     /// Near to far; at equal distance by (instance, primitive).
-    pub(crate) fn sorted(mut self) -> Vec<Hit> {
+    fn answer(mut self) -> Vec<Hit> {
         self.met.sort_unstable_by(|a, b| {
             let ((t, instance, primitive), (u, other_instance, other_primitive)) = (a.key(), b.key());
             t.total_cmp(&u).then((instance, primitive).cmp(&(other_instance, other_primitive)))
@@ -25,10 +29,6 @@ impl AllHits {
         self.met.dedup_by_key(|hit| hit.key());
         self.met
     }
-}
-
-impl Gather for AllHits {
-    const ANY: bool = false;
 
     #[inline]
     fn t_max(&self) -> f32 {

@@ -1,5 +1,7 @@
 //! One way through both levels, whatever is asked: instances first, then the triangles of each.
 
+use std::marker::PhantomData;
+use std::mem::replace;
 use std::ops::ControlFlow;
 
 use super::{Cull, Filter, Hit};
@@ -13,6 +15,15 @@ use crate::wide::{InstanceRecord, WideLink};
 pub(crate) trait Gather {
     /// Whether any hit will do.
     const ANY: bool;
+
+    /// What has been asked for; that of nothing when nothing can be hit.
+    type Answer: Default;
+
+    /// Nothing yet, of a ray that ends there.
+    fn within(t_max: f32) -> Self;
+
+    /// What has been gathered.
+    fn answer(self) -> Self::Answer;
 
     /// Hits beyond this do not matter (any more).
     fn t_max(&self) -> f32;
@@ -29,66 +40,77 @@ pub(crate) struct Rules<F> {
     pub(crate) filter: F,
 }
 
-/// What is gathered of the hits of a ray, `within` its far end. `None` when nothing can be hit.
-///
-/// The ray is read where it stands; only one whose bounds have to be mended first is copied.
-#[inline]
+/// What is gathered of the hits of a ray, each of which is brought at least once, in no particular order.
+#[inline(always)]
 pub(super) fn gathered<F: Filter, G: Gather, T: Tally>(
     world: &TwoLevel,
     ray: &Ray,
     rules: Rules<F>,
     tally: &mut T,
-    within: impl FnOnce(f32) -> G,
-) -> Option<G> {
-    let sane;
-    let ray = if ray.is_bounded() {
-        ray
-    } else {
-        sane = ray.sane()?;
-        &sane
-    };
-    let mut gather = within(ray.t_max);
-    ask(world, ray, rules, &mut gather, tally);
-    Some(gather)
-}
-
-/// Brings the hits of a ray whose bounds are sane to `gather`, each at least once, in no particular order.
-#[inline]
-fn ask<F: Filter, G: Gather, T: Tally>(world: &TwoLevel, ray: &Ray, rules: Rules<F>, gather: &mut G, tally: &mut T) {
-    world.level.run(Ask { world, ray, rules, gather, tally });
+) -> G::Answer {
+    world.level.run(Ask::<F, G, T> { world, ray, rules, tally, gather: PhantomData })
 }
 
 struct Ask<'a, F, G, T> {
     world: &'a TwoLevel,
     ray: &'a Ray,
     rules: Rules<F>,
-    gather: &'a mut G,
     tally: &'a mut T,
+    gather: PhantomData<G>,
 }
 
 impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
-    type Output = ();
+    type Output = G::Answer;
 
     #[inline(always)]
-    fn run<I: Isa>(self, isa: I) {
-        let mut visitor = InWorld { world: self.world, ray: self.ray, rules: self.rules, gather: self.gather };
-        if self.world.top.instances().len() == 1 {
-            // The boxes in the root of its mesh say as much as its own.
-            let _ = visitor.leaf(isa, WideLink::units(0..1), self.tally);
-            return;
-        }
-        let tree = self.world.top.tree();
-        let quads = RayQuads::new(isa, self.ray);
-        let lanes = match RayLanes::new(isa, &quads, tree.around(), Lean::INSTANCES) {
-            Some(lanes) => lanes,
-            None => match safe(self.ray, tree.around(), Lean::INSTANCES) {
-                Some(safe) if safe.needs_care() => return carefully(visitor, &safe, self.tally),
-                Some(safe) => RayLanes::of(isa, &quads, &safe),
-                None => return,
-            },
+    fn run<I: Isa>(self, isa: I) -> G::Answer {
+        // The ray is read where it stands; only one whose bounds have to be mended first is copied.
+        let mended;
+        let ray = if self.ray.is_bounded() {
+            self.ray
+        } else {
+            let Some(sane) = self.ray.sane() else { return G::Answer::default() };
+            mended = sane;
+            &mended
         };
-        walk_wide(isa, tree, lanes, &mut visitor, self.tally);
+        let mut gather = G::within(ray.t_max);
+        let visitor = InWorld { world: self.world, ray, rules: self.rules, gather: &mut gather };
+        through_world(isa, visitor, self.tally);
+        gather.answer()
     }
+}
+
+/// Goes through the top level.
+#[inline(always)]
+fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: InWorld<'_, F, G>, tally: &mut T) {
+    let (top, ray) = (&visitor.world.top, visitor.ray);
+    if top.instances().len() == 1 {
+        // The boxes in the root of its mesh say as much as its own.
+        let _ = visitor.leaf(isa, WideLink::units(0..1), tally);
+        return;
+    }
+    let tree = top.tree();
+    let quads = RayQuads::new(isa, ray);
+    let lanes = match RayLanes::new(isa, &quads, tree.around(), Lean::INSTANCES) {
+        Some(lanes) => lanes,
+        None => match safe(ray, tree.around(), Lean::INSTANCES) {
+            Some(safe) if safe.needs_care() => {
+                return apart(visitor.gather, |gather| carefully(InWorld { gather, ..visitor }, &safe, tally));
+            }
+            Some(safe) => RayLanes::of(isa, &quads, &safe),
+            None => return,
+        },
+    };
+    walk_wide(isa, tree, lanes, &mut visitor, tally);
+}
+
+/// Does something rare to what is gathered, while it stands elsewhere: otherwise it could not stay in registers.
+#[inline(always)]
+fn apart<G: Gather, R>(gather: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
+    let mut elsewhere = replace(gather, G::within(0.0));
+    let out = work(&mut elsewhere);
+    *gather = elsewhere;
+    out
 }
 
 /// The long way to a ray that is ready for boxes; `None` when nothing can be hit.
@@ -121,7 +143,7 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
-        let units = link.index()..link.index() + link.unit_count();
+        let units = link.unit_index()..link.unit_index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
             let record = &self.world.instances[instance as usize];
             if record.mask & self.rules.mask == 0 {
@@ -156,15 +178,16 @@ impl<F: Filter, G: Gather> InWorld<'_, F, G> {
         let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
         let tree = mesh.bvh.tree();
         let lean = if WATERTIGHT { Lean::TRIANGLES } else { Lean::BARE };
-        let lanes = match RayLanes::new(isa, &quads, tree.around(), lean) {
-            Some(lanes) => lanes,
+        let (lanes, sheared) = match RayLanes::new(isa, &quads, tree.around(), lean) {
+            Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::of_moderate(isa, &quads, &ray.local)),
             None => match safe(&ray.local, tree.around(), Lean::TRIANGLES) {
-                Some(safe) if safe.needs_care() => return ray.carefully::<G, T, WATERTIGHT>(&safe, self.gather, tally),
-                Some(safe) => RayLanes::of(isa, &quads, &safe),
+                Some(safe) if safe.needs_care() => {
+                    return apart(self.gather, |gather| ray.carefully::<G, T, WATERTIGHT>(&safe, gather, tally));
+                }
+                Some(safe) => (RayLanes::of(isa, &quads, &safe), ShearedLanes::new(isa, &ray.local)),
                 None => return ControlFlow::Continue(()),
             },
         };
-        let sheared = ShearedLanes::<I, WATERTIGHT>::new(isa, &ray.local);
         let mut visitor =
             InMesh { ray: &ray, lanes: sheared, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
         walk_wide(isa, tree, lanes, &mut visitor, tally);
@@ -191,7 +214,7 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally, const WATERTIGHT: bool> WideVisitor
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
-        for unit in link.index()..link.index() + link.unit_count() {
+        for unit in link.unit_index()..link.unit_index() + link.unit_count() {
             let block = self.ray.mesh.bvh.block(unit);
             tally.block(block.count);
             let hits = self.lanes.hits(isa, block, self.gather.t_max());

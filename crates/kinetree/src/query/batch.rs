@@ -20,7 +20,7 @@ pub(super) fn closest_hits<F: Filter>(
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), hits.len(), "one hit per ray");
-    let alone = |number: usize, ray: &Ray| gathered(world, ray, rules.for_ray(number), &mut (), Closest::within)?.hit;
+    let alone = |number: usize, ray: &Ray| gathered::<F, Closest, ()>(world, ray, rules.for_ray(number), &mut ());
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).closest_hit_counted(ray, work);
     each(world, rays, rules, hits, coherence, (alone, sampled), Nearest::new);
 }
@@ -37,9 +37,7 @@ pub(super) fn occluded_each<F: Filter>(
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), answers.len(), "one answer per ray");
-    let alone = |number: usize, ray: &Ray| {
-        gathered(world, ray, rules.for_ray(number), &mut (), Occluded::within).is_some_and(|occluded| occluded.found)
-    };
+    let alone = |number: usize, ray: &Ray| gathered::<F, Occluded, ()>(world, ray, rules.for_ray(number), &mut ());
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
     each(world, rays, rules, answers, coherence, (alone, sampled), Any::new);
 }

@@ -8,17 +8,22 @@ use super::ask::Gather;
 /// The nearest hit so far; at equal distance the one with the smaller (instance, primitive).
 pub(crate) struct Closest {
     t_max: f32,
-    pub(crate) hit: Option<Hit>,
-}
-
-impl Closest {
-    pub(crate) fn within(t_max: f32) -> Self {
-        Self { t_max, hit: None }
-    }
+    hit: Option<Hit>,
 }
 
 impl Gather for Closest {
     const ANY: bool = false;
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn within(t_max: f32) -> Self {
+        Self { t_max, hit: None }
+    }
+
+    #[inline(always)]
+    fn answer(self) -> Option<Hit> {
+        self.hit
+    }
 
     #[inline(always)]
     fn t_max(&self) -> f32 {

@@ -8,17 +8,22 @@ use super::ask::Gather;
 /// Ends at the first hit.
 pub(crate) struct Occluded {
     t_max: f32,
-    pub(crate) found: bool,
-}
-
-impl Occluded {
-    pub(crate) fn within(t_max: f32) -> Self {
-        Self { t_max, found: false }
-    }
+    found: bool,
 }
 
 impl Gather for Occluded {
     const ANY: bool = true;
+    type Answer = bool;
+
+    #[inline(always)]
+    fn within(t_max: f32) -> Self {
+        Self { t_max, found: false }
+    }
+
+    #[inline(always)]
+    fn answer(self) -> bool {
+        self.found
+    }
 
     #[inline(always)]
     fn t_max(&self) -> f32 {

@@ -64,23 +64,23 @@ impl<'a> Query<'a> {
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.closest(ray, &mut ())
+        self.gather::<Closest, _>(ray, &mut ())
     }
 
     /// The same, and how much work it was.
     pub fn closest_hit_counted(&self, ray: &Ray, work: &mut Work) -> Option<Hit> {
-        self.closest(ray, work)
+        self.gather::<Closest, _>(ray, work)
     }
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.any(ray, &mut ())
+        self.gather::<Occluded, _>(ray, &mut ())
     }
 
     /// The same, and how much work it was.
     pub fn occluded_counted(&self, ray: &Ray, work: &mut Work) -> bool {
-        self.any(ray, work)
+        self.gather::<Occluded, _>(ray, work)
     }
 
     /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes the speed, never the hits.
@@ -112,12 +112,12 @@ impl<'a> Query<'a> {
 
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
-        self.all(ray, &mut ())
+        self.gather::<AllHits, _>(ray, &mut ())
     }
 
     /// The same, and how much work it was.
     pub fn all_hits_counted(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
-        self.all(ray, work)
+        self.gather::<AllHits, _>(ray, work)
     }
 
     /// The slow twin: the same questions, answered by looking at every triangle.
@@ -130,23 +130,11 @@ impl<'a> Query<'a> {
     }
 
     /// The one place where the two kinds of filter part.
-    fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T, within: impl FnOnce(f32) -> G) -> Option<G> {
+    fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
         match self.filter {
-            None => gathered(self.world, ray, self.rules(NoFilter), tally, within),
-            Some(filter) => gathered(self.world, ray, self.rules(AskFilter::new(filter)), tally, within),
+            None => gathered::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
+            Some(filter) => gathered::<_, G, T>(self.world, ray, self.rules(AskFilter::new(filter)), tally),
         }
-    }
-
-    fn closest<T: Tally>(&self, ray: &Ray, tally: &mut T) -> Option<Hit> {
-        self.gather(ray, tally, Closest::within)?.hit
-    }
-
-    fn any<T: Tally>(&self, ray: &Ray, tally: &mut T) -> bool {
-        self.gather(ray, tally, Occluded::within).is_some_and(|occluded| occluded.found)
-    }
-
-    fn all<T: Tally>(&self, ray: &Ray, tally: &mut T) -> Vec<Hit> {
-        self.gather(ray, tally, AllHits::within).map_or_else(Vec::new, AllHits::sorted)
     }
 }
 

@@ -70,7 +70,7 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
-        let units = link.index()..link.index() + link.unit_count();
+        let units = link.unit_index()..link.unit_index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
             let record = &self.world.instances[instance as usize];
             if record.mask & self.rules.mask == 0 {
@@ -119,7 +119,7 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
         let mut is_nearer = false;
-        for unit in link.index()..link.index() + link.unit_count() {
+        for unit in link.unit_index()..link.unit_index() + link.unit_count() {
             let block = self.mesh.bvh.block(unit);
             for along in 0..3 {
                 let set = set & self.sheared.along[along];

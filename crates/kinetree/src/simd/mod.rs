@@ -42,6 +42,8 @@ pub(crate) trait Isa: Copy {
     fn store8(self, x: Self::F8) -> [f32; 8];
     /// `a * b - c`. Rounded once or twice: only for what may lean.
     fn mul_sub8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
+    /// `a * b + c`. Rounded once or twice: only for what may lean.
+    fn mul_add8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
     fn max8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn min8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn le8(self, a: Self::F8, b: Self::F8) -> u8;
@@ -78,6 +80,12 @@ pub(crate) trait Isa: Copy {
     fn abs4(self, x: Self::F4) -> Self::F4;
     /// The largest of the first three lanes by size, in all lanes; what is no number is larger than all.
     fn largest_of_three(self, x: Self::F4) -> Self::F4;
+    /// The first lane.
+    fn first(self, x: Self::F4) -> f32;
+    /// Lanes in another order, each number below four.
+    fn permute4(self, x: Self::F4, order: &[u32; 4]) -> Self::F4;
+    /// One lane in all.
+    fn spread4<const LANE: i32>(self, x: Self::F4) -> Self::F4;
     /// The sign of each lane, one bit each.
     fn signs4(self, x: Self::F4) -> u8;
     /// With another last lane.
@@ -205,7 +213,7 @@ impl Level {
     #[inline]
     pub(crate) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
-            Kind::Scalar(isa) => kernel.run(isa),
+            Kind::Scalar(isa) => isa.run(kernel),
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2(isa) => isa.run(kernel),
             #[cfg(target_arch = "x86_64")]
@@ -271,6 +279,18 @@ mod tests {
             let (alike, zero) =
                 sides([1.0, -2.0, 4.0, f32::INFINITY], [-2.0, 1e-40, 1.0, 1.0], [1e-40, -1.0, -5.0, 1.0]);
             assert_eq!((alike, zero), (0b1000, 0));
+            for v in [isa.permute4(y, &[2, 0, 1, 3]), isa.spread4::<0>(y), isa.spread4::<2>(y), isa.spread4::<3>(y)] {
+                out.extend(isa.store4(v).map(f32::to_bits));
+            }
+            let of_permuted = out.len() - 16;
+            assert_eq!(
+                out[of_permuted..],
+                [0.7, 3.0, 2.0, 1.0, 3.0, 3.0, 3.0, 3.0, 0.7, 0.7, 0.7, 0.7, 1.0, 1.0, 1.0, 1.0_f32].map(f32::to_bits)
+            );
+            assert_eq!(isa.first(y), 3.0);
+            let sum =
+                isa.mul_add8(isa.splat8(2.0), isa.load8(&[0.5, 1.0, -3.0, 0.0, 4.0, 5.0, 6.0, 7.0]), isa.splat8(1.0));
+            assert_eq!(isa.store8(sum), [2.0, 3.0, -5.0, 1.0, 9.0, 11.0, 13.0, 15.0]);
             out.push(isa.signs4(isa.load4(&[-0.0, 1.0, -2.0, 0.0])).into());
             for v in [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x), isa.spread8::<3>(y)] {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));

@@ -134,6 +134,7 @@ impl Isa for Neon {
         sub8 = sub4(a, b);
         mul8 = mul4(a, b);
         mul_sub8 = mul_sub4(a, b, c);
+        mul_add8 = fused4(a, b, c);
         max8 = max4(a, b);
         min8 = min4(a, b);
         max_bits8 = max_bits4(a, b);
@@ -212,6 +213,29 @@ impl Isa for Neon {
             let size = vreinterpretq_u32_f32(vabsq_f32(x));
             vreinterpretq_f32_u32(vdupq_n_u32(vmaxvq_u32(vsetq_lane_u32::<3>(0, size))))
         }
+    }
+
+    #[inline(always)]
+    fn first(self, x: float32x4_t) -> f32 {
+        // SAFETY: `self` proves NEON.
+        unsafe { vgetq_lane_f32::<0>(x) }
+    }
+
+    #[inline(always)]
+    fn permute4(self, x: float32x4_t, order: &[u32; 4]) -> float32x4_t {
+        let x = self.store4(x);
+        self.load4(&[
+            x[order[0] as usize & 3],
+            x[order[1] as usize & 3],
+            x[order[2] as usize & 3],
+            x[order[3] as usize & 3],
+        ])
+    }
+
+    #[inline(always)]
+    fn spread4<const LANE: i32>(self, x: float32x4_t) -> float32x4_t {
+        // SAFETY: `self` proves NEON.
+        unsafe { vdupq_laneq_f32::<LANE>(x) }
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use std::array;
 
-use super::{Isa, Row};
+use super::{Isa, Kernel, Row};
 
 #[derive(Clone, Copy)]
 pub(crate) struct Scalar;
@@ -24,6 +24,14 @@ fn mask<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> bool) 
 #[inline(always)]
 fn mask16(a: [f32; 16], b: [f32; 16], f: impl Fn(f32, f32) -> bool) -> u16 {
     (0..16).fold(0, |bits, lane| bits | u16::from(f(a[lane], b[lane])) << lane)
+}
+
+impl Scalar {
+    /// Apart from the other levels, so that choosing one stays short.
+    #[inline(never)]
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        kernel.run(self)
+    }
 }
 
 impl Isa for Scalar {
@@ -49,6 +57,11 @@ impl Isa for Scalar {
     #[inline(always)]
     fn mul_sub8(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
         zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
+    }
+
+    #[inline(always)]
+    fn mul_add8(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
+        zip(zip(a, b, |a, b| a * b), c, |product, c| product + c)
     }
 
     #[inline(always)]
@@ -190,6 +203,21 @@ impl Isa for Scalar {
             | mask(z, zero, |z, zero| z == zero);
         let signs = [self.signs4(x), self.signs4(y), self.signs4(z)];
         ((!(signs[0] | signs[1] | signs[2]) | signs[0] & signs[1] & signs[2]) & 15, zero)
+    }
+
+    #[inline(always)]
+    fn first(self, x: [f32; 4]) -> f32 {
+        x[0]
+    }
+
+    #[inline(always)]
+    fn permute4(self, x: [f32; 4], order: &[u32; 4]) -> [f32; 4] {
+        [x[order[0] as usize & 3], x[order[1] as usize & 3], x[order[2] as usize & 3], x[order[3] as usize & 3]]
+    }
+
+    #[inline(always)]
+    fn spread4<const LANE: i32>(self, x: [f32; 4]) -> [f32; 4] {
+        [x[LANE as usize & 3]; 4]
     }
 
     #[inline(always)]

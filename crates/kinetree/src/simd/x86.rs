@@ -30,6 +30,12 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
+        fn mul_add8(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+            // SAFETY: `self` proves AVX2 and FMA.
+            unsafe { _mm256_fmadd_ps(a, b, c) }
+        }
+
+        #[inline(always)]
         fn max8(self, a: __m256, b: __m256) -> __m256 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm256_max_ps(a, b) }
@@ -163,6 +169,31 @@ macro_rules! words_of_avx2 {
                 let alike = _mm_or_si128(_mm_xor_si128(any, _mm_set1_epi32(-1)), all);
                 let (alike, zero) = (_mm_castsi128_ps(alike), _mm_castsi128_ps(zero));
                 (_mm_movemask_ps(alike) as u8, _mm_movemask_ps(zero) as u8)
+            }
+        }
+
+        #[inline(always)]
+        fn first(self, x: __m128) -> f32 {
+            // SAFETY: `self` proves AVX2.
+            unsafe { _mm_cvtss_f32(x) }
+        }
+
+        #[inline(always)]
+        fn permute4(self, x: __m128, order: &[u32; 4]) -> __m128 {
+            // SAFETY: `self` proves AVX2; four words are read from an array of four.
+            unsafe { _mm_permutevar_ps(x, _mm_loadu_si128(order.as_ptr().cast())) }
+        }
+
+        #[inline(always)]
+        fn spread4<const LANE: i32>(self, x: __m128) -> __m128 {
+            // SAFETY: `self` proves AVX2.
+            unsafe {
+                match LANE & 3 {
+                    0 => _mm_shuffle_ps::<0b00_00_00_00>(x, x),
+                    1 => _mm_shuffle_ps::<0b01_01_01_01>(x, x),
+                    2 => _mm_shuffle_ps::<0b10_10_10_10>(x, x),
+                    _ => _mm_shuffle_ps::<0b11_11_11_11>(x, x),
+                }
             }
         }
 

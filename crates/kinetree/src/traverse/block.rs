@@ -1,6 +1,7 @@
 //! Four triangles against one ray: the watertight test, operation for operation as in [`Sheared::hit`], so that hits agree to the bit.
 
-use crate::geometry::{NEAR, OFF, Ray, Sheared, TriangleHit, UNSURE};
+use super::RayQuads;
+use crate::geometry::{NEAR, OFF, OTHERS, Ray, Sheared, TriangleHit, UNSURE};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
@@ -27,6 +28,27 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
             shear: [isa.splat4(shear[0]), isa.splat4(shear[1]), isa.splat4(shear[2])],
             t_scale: isa.splat4(t_scale),
             t_min: isa.splat4(ray.t_min),
+        }
+    }
+
+    /// The same of a ray with no step beyond [`MODERATE`](super::lanes::MODERATE) and none whose reciprocal is: nothing overflows then, or vanishes.
+    #[inline(always)]
+    pub(crate) fn of_moderate(isa: I, quads: &RayQuads<I>, ray: &'a Ray) -> Self {
+        let largest = isa.largest_of_three(quads.direction);
+        let z = (isa.le4(largest, isa.abs4(quads.direction)) & 7).trailing_zeros() as usize & 3;
+        let order = &ORDERS[z][usize::from(isa.signs4(quads.direction)) >> z & 1];
+        // The largest step without its digits.
+        let unit = isa.first(largest).to_bits() & 0x7f80_0000;
+        let (origin, direction) = (isa.permute4(quads.origin, order), isa.permute4(quads.direction, order));
+        // A quotient does not depend on powers of two in both of its parts.
+        let shear = isa.div4(isa.with_last4(direction, f32::from_bits(unit)), isa.spread4::<2>(direction));
+        Self {
+            ray,
+            axes: [order[0] as usize, order[1] as usize, order[2] as usize],
+            origin: [isa.spread4::<0>(origin), isa.spread4::<1>(origin), isa.spread4::<2>(origin)],
+            shear: [isa.spread4::<0>(shear), isa.spread4::<1>(shear), isa.spread4::<3>(shear)],
+            t_scale: isa.splat4(f32::from_bits((254 << 23) - unit)),
+            t_min: isa.spread4::<3>(origin),
         }
     }
 
@@ -87,6 +109,19 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
     }
 }
 
+/// The axes of sheared space by the largest one of the direction, and by whether the direction runs down it; what comes last stays there.
+const ORDERS: [[[u32; 4]; 2]; 4] = {
+    let mut orders = [[[0; 4]; 2]; 4];
+    let mut at = 0;
+    while at < 8 {
+        let (z, down) = (at / 2, at % 2);
+        let [x, y] = OTHERS[z][down];
+        orders[z][down] = [x as u32, y as u32, if z < 3 { z as u32 } else { 2 }, 3];
+        at += 1;
+    }
+    orders
+};
+
 /// Where all three are at least, or at most, zero.
 #[inline(always)]
 fn sides<I: Isa>(isa: I, u: I::F4, v: I::F4, w: I::F4) -> u8 {
@@ -130,6 +165,53 @@ impl BlockHits {
                 (self.t[lane], self.u[lane], self.v[lane]) = (hit.t, hit.u, hit.v);
                 self.back = self.back & !(1 << lane) | u8::from(hit.back) << lane;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::simd::{Kernel, Level};
+
+    struct Same<'a>(&'a [Ray]);
+
+    impl Kernel for Same<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: I) {
+            for ray in self.0 {
+                let quick = ShearedLanes::<I, true>::of_moderate(isa, &RayQuads::new(isa, ray), ray);
+                let slow = ShearedLanes::<I, true>::new(isa, ray);
+                let bits = |lanes: &ShearedLanes<'_, I, true>| {
+                    let [a, b, c] = lanes.origin;
+                    let [d, e, f] = lanes.shear;
+                    [a, b, c, d, e, f, lanes.t_scale, lanes.t_min].map(|x| isa.store4(x).map(f32::to_bits))
+                };
+                assert_eq!((quick.axes, bits(&quick)), (slow.axes, bits(&slow)), "{ray:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_moderate_ray_is_sheared_in_registers_as_it_is_elsewhere() {
+        let mut rays = Vec::new();
+        for size in [2.0_f32.powi(-60), 1e-12, 0.3, 1.0, 7.0, 1e12, 2.0_f32.powi(60) / 3.0] {
+            let steps = [-size, -size * 0.75, size * 0.5, size * 0.7501, size];
+            for x in steps {
+                for y in steps {
+                    for z in steps {
+                        let origin = Vec3::new(0.1, -200.0, 3e7) * x;
+                        rays.push(Ray::new(origin.to_array(), [x, y, z]).with_range(0.25, 9.0));
+                    }
+                }
+            }
+        }
+        for level in Level::available() {
+            level.run(Same(&rays));
         }
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn choose<I: Isa>(
     entry: I::F8,
     exit: I::F8,
     links: &[u32; LANES],
-    stack: &mut Stack<Entry, WIDE_STACK>,
+    stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Option<WideLink> {
     let all = isa.before8(entry, exit);
     let rest = all & all.wrapping_sub(1);
@@ -61,7 +61,7 @@ pub(super) fn choose_in_order<I: Isa>(
     entry: I::F8,
     exit: I::F8,
     links: &[u32; LANES],
-    stack: &mut Stack<Entry, WIDE_STACK>,
+    stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Option<WideLink> {
     let all = isa.before8(entry, exit);
     let first = WideLink::from_bits(links[all.trailing_zeros() as usize & 7]);
@@ -82,7 +82,7 @@ fn insert(
     mut rest: u32,
     distances: &[f32; LANES],
     links: &[u32; LANES],
-    stack: &mut Stack<Entry, WIDE_STACK>,
+    stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Entry {
     let mut sorted = [four[0], four[1], four[2], four[3], 0, 0, 0, 0];
     let mut count = 4;
@@ -106,7 +106,7 @@ fn insert(
 
 /// The nearest of what waits, unless it lies too far by now.
 #[inline(always)]
-pub(super) fn next(stack: &mut Stack<Entry, WIDE_STACK>, t_max: f32) -> Option<WideLink> {
+pub(super) fn next(stack: &mut Stack<'_, Entry, WIDE_STACK>, t_max: f32) -> Option<WideLink> {
     while let Some(entry) = stack.pop() {
         if (entry >> 32) as u32 <= t_max.to_bits() {
             return Some(link_of(entry));
@@ -130,6 +130,7 @@ fn entry_of(distances: &[f32; LANES], links: &[u32; LANES], mask: u32) -> Entry 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arena::StackRoom;
     use crate::simd::{Kernel, Level};
 
     struct Chosen {
@@ -148,7 +149,8 @@ mod tests {
             for lane in 0..LANES {
                 exit[lane] = if self.mask >> lane & 1 == 1 { f32::INFINITY } else { -1.0 };
             }
-            let mut stack = Stack::new();
+            let mut room = StackRoom::new();
+            let mut stack = room.stack();
             let (entry, exit) = (isa.load8(&self.entry), isa.load8(&exit));
             let mut all = Vec::new();
             if self.in_order {

@@ -8,7 +8,7 @@ use glam::Vec3A;
 use crate::geometry::slab::{Lean, SafeRay};
 use crate::geometry::{Aabb, Affine, Ray, UNIT_ROUNDOFF};
 use crate::simd::Isa;
-use crate::wide::WideNode;
+use crate::wide::{LANES, NodeRows};
 
 /// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
 pub(super) const MODERATE: f32 = (1_u64 << 60) as f32;
@@ -16,8 +16,8 @@ pub(super) const MODERATE: f32 = (1_u64 << 60) as f32;
 /// A ray in two registers: the origin with `t_min`, and the direction with `t_max`.
 #[derive(Clone, Copy)]
 pub(crate) struct RayQuads<I: Isa> {
-    origin: I::F4,
-    direction: I::F4,
+    pub(super) origin: I::F4,
+    pub(super) direction: I::F4,
 }
 
 impl<I: Isa> RayQuads<I> {
@@ -57,10 +57,10 @@ fn turned<I: Isa>(isa: I, (x, y, z): (I::F4, I::F4, I::F4), v: [f32; 3]) -> I::F
 /// Where a ray enters and leaves the eight boxes of a node.
 pub(crate) trait Boxes<I: Isa>: Copy {
     /// Entered where the first comes before the second, by their bits ([`Isa::before8`]). The first is not negative. `limit` is what comes right after `t_max`.
-    fn enter(&self, isa: I, node: &WideNode, limit: I::F8) -> (I::F8, I::F8);
+    fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8);
 }
 
-/// A ray in registers: one multiplication and subtraction per plane. See [`SafeRay`] for how it leans.
+/// A ray in registers: one multiplication and addition per plane. See [`SafeRay`] for how it leans.
 #[derive(Clone, Copy)]
 pub(crate) struct RayLanes<I: Isa> {
     near_scale: [I::F8; 3],
@@ -113,7 +113,9 @@ impl<I: Isa> RayLanes<I> {
         }
         // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.
         let far_slack = isa.add4(far_slack, isa.splat4(f32::MIN_POSITIVE));
-        let (near_offset, far_offset) = (isa.add4(near_origin, near_slack), isa.sub4(far_origin, far_slack));
+        let nothing = isa.splat4(0.0);
+        let near_offset = isa.sub4(isa.sub4(nothing, near_slack), near_origin);
+        let far_offset = isa.sub4(far_slack, far_origin);
         Some(Self {
             near_scale: spread(isa, near),
             near_offset: spread(isa, near_offset),
@@ -130,9 +132,9 @@ impl<I: Isa> RayLanes<I> {
         let (near, far) = (&safe.near, &safe.far);
         Self {
             near_scale: splat(isa, near.scale),
-            near_offset: splat(isa, near.offset),
+            near_offset: splat(isa, -near.offset),
             far_scale: splat(isa, far.scale),
-            far_offset: splat(isa, far.offset - Vec3A::splat(f32::MIN_POSITIVE)),
+            far_offset: splat(isa, Vec3A::splat(f32::MIN_POSITIVE) - far.offset),
             near_side: sides(isa, ray.direction),
             t_min: isa.spread8::<3>(ray.origin),
         }
@@ -140,16 +142,16 @@ impl<I: Isa> RayLanes<I> {
 
     /// Where the ray meets the planes of an axis that it meets first.
     #[inline(always)]
-    fn near(&self, isa: I, node: &WideNode, axis: usize) -> I::F8 {
-        let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1]);
-        isa.mul_sub8(planes, self.near_scale[axis], self.near_offset[axis])
+    fn near(&self, isa: I, node: NodeRows<'_>, axis: usize) -> I::F8 {
+        let planes = isa.load8(node.planes(axis, self.near_side[axis] & 1));
+        isa.mul_add8(planes, self.near_scale[axis], self.near_offset[axis])
     }
 
     /// Where the ray meets the opposite planes.
     #[inline(always)]
-    fn far(&self, isa: I, node: &WideNode, axis: usize) -> I::F8 {
-        let planes = isa.load8(&node.planes[axis][self.near_side[axis] & 1 ^ 1]);
-        isa.mul_sub8(planes, self.far_scale[axis], self.far_offset[axis])
+    fn far(&self, isa: I, node: NodeRows<'_>, axis: usize) -> I::F8 {
+        let planes = isa.load8(node.planes(axis, self.near_side[axis] & 1 ^ 1));
+        isa.mul_add8(planes, self.far_scale[axis], self.far_offset[axis])
     }
 }
 
@@ -172,7 +174,7 @@ fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
 
 impl<I: Isa> Boxes<I> for RayLanes<I> {
     #[inline(always)]
-    fn enter(&self, isa: I, node: &WideNode, limit: I::F8) -> (I::F8, I::F8) {
+    fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8) {
         // None is not a number, since the ray is tame; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
         // inside out, and entered at infinity.
         let entry = isa.max_bits8(self.near(isa, node, 0), self.near(isa, node, 1));
@@ -189,7 +191,7 @@ pub(crate) struct Carefully<'a>(pub(crate) &'a SafeRay);
 
 impl<I: Isa> Boxes<I> for Carefully<'_> {
     #[inline(always)]
-    fn enter(&self, isa: I, node: &WideNode, limit: I::F8) -> (I::F8, I::F8) {
+    fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8) {
         let t_max = f32::from_bits(isa.store8(limit)[0].to_bits() - 1);
         let (entry, exit) = self.0.enter_all(node, t_max);
         (isa.load8(&entry), isa.load8(&exit))
@@ -198,10 +200,11 @@ impl<I: Isa> Boxes<I> for Carefully<'_> {
 
 impl SafeRay {
     #[cold]
-    fn enter_all(&self, node: &WideNode, t_max: f32) -> ([f32; 8], [f32; 8]) {
+    fn enter_all(&self, node: NodeRows<'_>, t_max: f32) -> ([f32; 8], [f32; 8]) {
         let (mut entries, mut exits) = ([0.0; 8], [-1.0; 8]);
-        for (lane, _) in node.lanes() {
-            if let Some(entry) = self.enter(&node.bounds(lane), t_max) {
+        for lane in 0..LANES {
+            let planes = |side: usize| [0, 1, 2].map(|axis| node.planes(axis, side)[lane]);
+            if let Some(entry) = self.enter(&Aabb::new(planes(0), planes(1)), t_max) {
                 (entries[lane], exits[lane]) = (entry, f32::INFINITY);
             }
         }

@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 
 use super::choose::{choose, choose_in_order, next};
 use super::{Boxes, Tally};
-use crate::arena::Stack;
+use crate::arena::StackRoom;
 use crate::simd::Isa;
-use crate::wide::{WideLink, WideTree};
+use crate::wide::{NodeRows, WideLink, WideTree};
 
 /// A question that a walk is compiled for.
 pub(crate) trait WideVisitor<I: Isa, T: Tally> {
@@ -29,22 +29,20 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
     visitor: &mut V,
     tally: &mut T,
 ) {
-    let nodes = tree.nodes();
-    if nodes.is_empty() {
-        return;
-    }
-    let mut stack = Stack::new();
+    let Some(rows) = tree.rows() else { return };
+    let mut room = StackRoom::new();
+    let mut stack = room.stack();
     let mut limit = isa.splat8(after(visitor.t_max()));
     let mut link = WideLink::node(0);
     loop {
-        let node = &nodes[link.node_index()];
+        let node = NodeRows(rows.at(link.place()));
         tally.node();
         let (entry, exit) = boxes.enter(isa, node, limit);
         // The first is taken at once, the others wait.
         let first = if V::ANY {
-            choose_in_order(isa, entry, exit, &node.links, &mut stack)
+            choose_in_order(isa, entry, exit, node.links(), &mut stack)
         } else {
-            choose(isa, entry, exit, &node.links, &mut stack)
+            choose(isa, entry, exit, node.links(), &mut stack)
         };
         link = match first {
             Some(first) => first,

@@ -92,7 +92,7 @@ impl WideMesh {
             to.push(node.lanes().count() as u8);
             for (lane, link) in node.lanes() {
                 write_box(&mut to, &node.bounds(lane));
-                to.extend(link.bits().to_le_bytes());
+                to.extend(in_file(link).to_le_bytes());
             }
         }
         for block in blocks {
@@ -118,7 +118,7 @@ impl WideMesh {
         }
         let least = head.nodes.checked_mul(LEAST_NODE_BYTES).zip(head.blocks.checked_mul(LEAST_BLOCK_BYTES));
         let fits = least.and_then(|(nodes, blocks)| nodes.checked_add(blocks)).is_some_and(|all| all <= from.0.len());
-        if !fits || head.nodes.max(head.blocks) > WideLink::MAX_INDEX as usize {
+        if !fits || head.nodes > WideLink::MAX_NODE as usize || head.blocks > WideLink::MAX_UNIT as usize {
             return Err(TreeFileError::Unsound { what: "more nodes or blocks than there are bytes for" });
         }
         let nodes = read_nodes(&mut from, head.nodes)?;
@@ -191,7 +191,7 @@ fn read_nodes(from: &mut Reader<'_>, count: usize) -> Result<Vec<WideNode>, Tree
         let mut node = WideNode::new(u32::MAX);
         for lane in 0..lanes.into() {
             node.set_box(lane, &from.bounds()?);
-            node.links[lane] = from.u32()?;
+            node.links[lane] = from.link()?.bits();
             node.in_use |= 1 << lane;
         }
         nodes.push(node);
@@ -199,7 +199,7 @@ fn read_nodes(from: &mut Reader<'_>, count: usize) -> Result<Vec<WideNode>, Tree
     for at in 0..count {
         for lane in 0..LANES {
             let Some(link) = nodes[at].link(lane).filter(|link| !link.is_leaf()) else { continue };
-            let child = link.bits() as usize;
+            let child = link.node_index();
             if !(at + 1..count).contains(&child) {
                 return Err(TreeFileError::Unsound { what: "a node that leads backwards, or nowhere" });
             }
@@ -264,6 +264,15 @@ impl<'a> Reader<'a> {
         self.take().map(u32::from_le_bytes)
     }
 
+    fn link(&mut self) -> Result<WideLink, TreeFileError> {
+        let link = WideLink::from_bits(self.u32()?);
+        match link.is_leaf() {
+            true => Ok(link),
+            false if link.bits() <= WideLink::MAX_NODE => Ok(WideLink::node(link.bits())),
+            false => Err(TreeFileError::Unsound { what: "a node that leads nowhere" }),
+        }
+    }
+
     /// A box that is the right way round, or the empty one.
     fn bounds(&mut self) -> Result<Aabb, TreeFileError> {
         let mut planes = [0.0; 6];
@@ -274,6 +283,14 @@ impl<'a> Reader<'a> {
         let bounds = Aabb::new([a, b, c], [d, e, f]);
         let is_box = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis]) || bounds == Aabb::EMPTY;
         if is_box { Ok(bounds) } else { Err(TreeFileError::Unsound { what: "a box that is inside out, or no number" }) }
+    }
+}
+
+/// The number of a node, or the bits of a link to units.
+fn in_file(link: WideLink) -> u32 {
+    match link.target() {
+        WideTarget::Node(node) => node,
+        WideTarget::Units(_) => link.bits(),
     }
 }
 

@@ -2,10 +2,15 @@
 
 use std::ops::Range;
 
+use super::node::ROWS;
+use crate::arena::Rows;
+
 const LEAF: u32 = 1 << 31;
 const INDEX_MASK: u32 = (1 << WideLink::COUNT_SHIFT) - 1;
+const PLACE_SHIFT: u32 = (Rows::PLACES * ROWS).trailing_zeros();
 
-/// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together.
+/// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together. Of a node the bits are its place
+/// among [`Rows`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
 pub struct WideLink(u32);
@@ -25,8 +30,11 @@ impl WideLink {
     /// The most units in a leaf.
     pub const MAX_UNITS: u32 = 8;
 
-    /// Nodes and units are numbered below this.
-    pub const MAX_INDEX: u32 = INDEX_MASK;
+    /// The largest number of a unit.
+    pub const MAX_UNIT: u32 = INDEX_MASK;
+
+    /// The largest number of a node.
+    pub const MAX_NODE: u32 = (LEAF - 1) >> PLACE_SHIFT;
 
     /// In the three bits from here on stands how many units there are, less one; zero for a node.
     pub(crate) const COUNT_SHIFT: u32 = 28;
@@ -34,16 +42,16 @@ impl WideLink {
     /// To a node.
     ///
     /// # Panics
-    /// When the number is above [`WideLink::MAX_INDEX`].
+    /// When the number is above [`WideLink::MAX_NODE`].
     pub fn node(index: u32) -> Self {
-        assert!(index <= INDEX_MASK, "node {index} has no room in a link");
-        Self(index)
+        assert!(index <= Self::MAX_NODE, "node {index} has no room in a link");
+        Self(index << PLACE_SHIFT)
     }
 
     /// To units.
     ///
     /// # Panics
-    /// When there is none, or more than [`WideLink::MAX_UNITS`], or the first is above [`WideLink::MAX_INDEX`].
+    /// When there is none, or more than [`WideLink::MAX_UNITS`], or the first is above [`WideLink::MAX_UNIT`].
     pub fn units(range: Range<u32>) -> Self {
         let count = range.end.saturating_sub(range.start);
         assert!((1..=Self::MAX_UNITS).contains(&count), "a leaf of {count} units");
@@ -79,12 +87,18 @@ impl WideLink {
     /// The node, of a link that leads to one.
     #[inline(always)]
     pub(crate) fn node_index(self) -> usize {
-        self.0 as usize
+        (self.0 >> PLACE_SHIFT) as usize
     }
 
-    /// The node, or the first unit.
+    /// Where the rows of the node stand, of a link that leads to one: see [`Rows`].
     #[inline(always)]
-    pub(crate) fn index(self) -> usize {
+    pub(crate) fn place(self) -> u32 {
+        self.0
+    }
+
+    /// The first unit, of a leaf.
+    #[inline(always)]
+    pub(crate) fn unit_index(self) -> usize {
         (self.0 & INDEX_MASK) as usize
     }
 
@@ -96,11 +110,11 @@ impl WideLink {
 
     /// What it leads to.
     pub fn target(self) -> WideTarget {
-        let first = self.0 & INDEX_MASK;
         if self.is_leaf() {
+            let first = self.unit_index() as u32;
             WideTarget::Units(first..first + self.unit_count() as u32)
         } else {
-            WideTarget::Node(first)
+            WideTarget::Node(self.node_index() as u32)
         }
     }
 }
@@ -111,8 +125,10 @@ mod tests {
 
     #[test]
     fn what_goes_in_comes_out() {
-        for index in [0, 1, 77, WideLink::MAX_INDEX] {
+        for index in [0, 1, 77, WideLink::MAX_NODE] {
             assert_eq!(WideLink::node(index).target(), WideTarget::Node(index));
+        }
+        for index in [0, 1, 77, WideLink::MAX_UNIT] {
             for count in 1..=WideLink::MAX_UNITS {
                 let units = index..index + count;
                 assert_eq!(WideLink::units(units.clone()).target(), WideTarget::Units(units));

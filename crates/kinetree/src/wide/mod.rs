@@ -18,6 +18,7 @@ pub use bytes::{TreeFileError, fingerprint_in};
 pub use instance::InstanceRecord;
 pub use link::{WideLink, WideTarget};
 pub use mesh::WideMesh;
+pub(crate) use node::NodeRows;
 pub use node::{LANES, WideNode};
 pub use top::WideTop;
 pub use tree::{WIDE_STACK, WideTree, WideViolation};

@@ -1,6 +1,7 @@
 //! One wide node: eight boxes, tested at once.
 
 use super::WideLink;
+use crate::arena::EightRows;
 use crate::geometry::Aabb;
 
 /// How many children a node has, at most.
@@ -9,7 +10,7 @@ pub const LANES: usize = 8;
 /// Eight boxes and where they lead, in four cache lines. Both planes of an axis share a line.
 ///
 /// A lane that is not in use has an empty box. The lanes in use come first, in the order in which they are best looked at where any hit will do.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct WideNode {
     /// `planes[axis][side][lane]`: side 0 is the lower plane, side 1 the upper one.
@@ -23,6 +24,12 @@ pub struct WideNode {
 }
 
 const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
+
+/// A node as rows of eight: number `2 * axis + side` has planes, [`LINKS`] has links.
+pub(crate) const ROWS: usize = 8;
+pub(crate) const LINKS: usize = 6;
+const _: () = assert!(size_of::<WideNode>() == ROWS * size_of::<[f32; LANES]>());
+const _: () = assert!(std::mem::offset_of!(WideNode, links) == LINKS * size_of::<[f32; LANES]>());
 
 impl WideNode {
     pub(crate) fn new(parent_lane: u32) -> Self {
@@ -67,5 +74,23 @@ impl WideNode {
     /// Lanes in use.
     pub fn lanes(&self) -> impl Iterator<Item = (usize, WideLink)> + '_ {
         (0..LANES).filter_map(|lane| Some((lane, self.link(lane)?)))
+    }
+}
+
+/// A node, as walks read it.
+#[derive(Clone, Copy)]
+pub(crate) struct NodeRows<'a>(pub(crate) EightRows<'a>);
+
+impl<'a> NodeRows<'a> {
+    /// The planes of one side along an axis.
+    #[inline(always)]
+    pub(crate) fn planes(self, axis: usize, side: usize) -> &'a [f32; LANES] {
+        self.0.row(2 * axis + side)
+    }
+
+    /// Where lanes lead; those that are not in use, anywhere.
+    #[inline(always)]
+    pub(crate) fn links(self) -> &'a [u32; LANES] {
+        bytemuck::cast_ref(self.0.row(LINKS))
     }
 }

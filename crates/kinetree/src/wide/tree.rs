@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use super::node::LANES;
 use super::{WideNode, WideTarget};
+use crate::arena::Rows;
 use crate::geometry::Aabb;
 use crate::tree::MAX_DEPTH;
 
@@ -48,6 +49,12 @@ impl WideTree {
     #[inline(always)]
     pub fn nodes(&self) -> &[WideNode] {
         &self.nodes
+    }
+
+    /// All nodes as rows, where there are any; see [`NodeRows`].
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> Option<Rows<'_>> {
+        Rows::new(bytemuck::cast_slice(&self.nodes))
     }
 
     /// The box around everything.

@@ -64,9 +64,9 @@ impl Kernel for Sweep<'_> {
             for lane in 0..node.in_use.count_ones() as usize & (2 * LANES - 1) {
                 let link = WideLink::from_bits(node.links[lane & (LANES - 1)]);
                 let first = if link.is_leaf() {
-                    link.index().wrapping_sub(self.first_block)
+                    link.unit_index().wrapping_sub(self.first_block)
                 } else {
-                    (block_count + node_count - 1 + self.first_node).wrapping_sub(link.index())
+                    (block_count + node_count - 1 + self.first_node).wrapping_sub(link.node_index())
                 };
                 let (mut min, mut max) = (isa.load4(&boxes[first][0]), isa.load4(&boxes[first][1]));
                 // A link to a node counts one.
