@@ -104,6 +104,12 @@ pub(crate) trait Isa: Copy {
     /// Rows become columns.
     fn transpose4(self, rows: [Self::F4; 4]) -> [Self::F4; 4];
 
+    /// One of eight words. The processor foretells which, as it does of any branch, and goes on with it; what the number waits for is not waited for.
+    #[inline(always)]
+    fn foretold(self, words: &[u32; 8], number: usize) -> u32 {
+        words[number & 7]
+    }
+
     /// The larger one, compared by bits as signed whole numbers: right for floats unless both are negative.
     fn max_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
 

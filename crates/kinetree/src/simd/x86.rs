@@ -1,5 +1,31 @@
 //! The words that AVX2 and AVX-512VL say alike.
 
+/// One of eight words, by a jump to the load of it. Written so that the compiler cannot make one load of all.
+#[inline(always)]
+pub(super) fn foretold(words: &[u32; 8], number: usize) -> u32 {
+    macro_rules! arms {
+        ($($at:literal)*) => {
+            match number & 7 {
+                $($at => {
+                    let word: u32;
+                    // SAFETY: one of eight words is read.
+                    unsafe {
+                        std::arch::asm!(
+                            concat!("mov {word:e}, dword ptr [{words} + 4 * ", $at, "]"),
+                            word = out(reg) word,
+                            words = in(reg) words.as_ptr(),
+                            options(pure, readonly, nostack, preserves_flags),
+                        );
+                    }
+                    word
+                })*
+                _ => words[0],
+            }
+        };
+    }
+    arms!(0 1 2 3 4 5 6 7)
+}
+
 /// Eight and four lanes, but for comparisons, within an `impl Isa` whose `self` proves AVX2 and FMA.
 macro_rules! words_of_avx2 {
     () => {
@@ -254,6 +280,11 @@ macro_rules! words_of_avx2 {
                 let words = _mm256_srli_epi32::<SHIFT>(_mm256_loadu_si256(words.as_ptr().cast()));
                 _mm256_cvtepi32_ps(_mm256_and_si256(words, _mm256_set1_epi32(MASK as i32)))
             }
+        }
+
+        #[inline(always)]
+        fn foretold(self, words: &[u32; 8], number: usize) -> u32 {
+            super::x86::foretold(words, number)
         }
 
         #[inline(always)]

@@ -22,17 +22,16 @@ pub(super) fn choose<I: Isa>(
     let all = isa.before8(entry, exit);
     let rest = all & all.wrapping_sub(1);
     if rest == 0 {
-        let link = WideLink::from_bits(links[all.trailing_zeros() as usize & 7]);
-        return if all == 0 { None } else { Some(link) };
+        return if all == 0 { None } else { Some(foretold(isa, links, all)) };
     }
     let distances = isa.store8(entry);
     let (a, b) = (entry_of(&distances, links, all), entry_of(&distances, links, rest));
     let (low, high) = (a.min(b), a.max(b));
-    let rest = rest & (rest - 1);
-    if rest == 0 {
+    if rest & (rest - 1) == 0 {
         stack.push(high);
-        return Some(link_of(low));
+        return Some(foretold(isa, links, if a < b { all } else { rest }));
     }
+    let rest = rest & (rest - 1);
     let c = entry_of(&distances, links, rest);
     let rest = rest & (rest - 1);
     if rest == 0 {
@@ -64,7 +63,9 @@ pub(super) fn choose_in_order<I: Isa>(
     stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Option<WideLink> {
     let all = isa.before8(entry, exit);
-    let first = WideLink::from_bits(links[all.trailing_zeros() as usize & 7]);
+    if all == 0 {
+        return None;
+    }
     let mut rest = all & all.wrapping_sub(1);
     while rest != 0 {
         let last = 31 - rest.leading_zeros();
@@ -72,7 +73,13 @@ pub(super) fn choose_in_order<I: Isa>(
         // At no distance, since none is too far.
         stack.push(u64::from(links[last as usize & 7]));
     }
-    if all == 0 { None } else { Some(first) }
+    Some(foretold(isa, links, all))
+}
+
+/// Where the first lane in the mask leads.
+#[inline(always)]
+fn foretold<I: Isa>(isa: I, links: &[u32; LANES], mask: u32) -> WideLink {
+    WideLink::from_bits(isa.foretold(links, mask.trailing_zeros() as usize))
 }
 
 /// Five or more.
