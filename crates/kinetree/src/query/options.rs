@@ -63,6 +63,7 @@ impl<'a> Query<'a> {
     }
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
+    #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.gather::<Closest, _>(ray, &mut ())
     }
@@ -74,6 +75,7 @@ impl<'a> Query<'a> {
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
+    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.gather::<Occluded, _>(ray, &mut ())
     }
@@ -125,11 +127,13 @@ impl<'a> Query<'a> {
         ByLooking(self)
     }
 
+    #[inline(always)]
     fn rules<F: Filter>(&self, filter: F) -> Rules<F> {
         Rules { mask: self.mask, cull: self.cull, filter }
     }
 
     /// The one place where the two kinds of filter part.
+    #[inline(always)]
     fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
         match self.filter {
             None => gathered::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
