@@ -39,6 +39,19 @@ impl Isa for Avx2 {
     words_of_avx2!();
 
     #[inline(always)]
+    fn join8(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
+        let mut out = [0; 8];
+        // SAFETY: `self` proves AVX2; eight words are read from an array of eight, and twice four numbers written to one of eight.
+        unsafe {
+            let (upper, lower) = (_mm256_castps_si256(upper), _mm256_loadu_si256(lower.as_ptr().cast()));
+            let (even, odd) = (_mm256_unpacklo_epi32(lower, upper), _mm256_unpackhi_epi32(lower, upper));
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm256_permute2x128_si256::<0x20>(even, odd));
+            _mm256_storeu_si256(out.as_mut_ptr().add(4).cast(), _mm256_permute2x128_si256::<0x31>(even, odd));
+        }
+        out
+    }
+
+    #[inline(always)]
     fn le8(self, a: __m256, b: __m256) -> u8 {
         // SAFETY: `self` proves AVX2.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u8 }

@@ -43,6 +43,19 @@ impl Isa for Avx512 {
     words_of_avx2!();
 
     #[inline(always)]
+    fn join8(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
+        let mut out = [0; 8];
+        // SAFETY: `self` proves AVX-512F; eight words are read from an array of eight, and eight numbers written to one of eight.
+        unsafe {
+            let order = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            let lower = _mm512_castsi256_si512(_mm256_loadu_si256(lower.as_ptr().cast()));
+            let upper = _mm512_castsi256_si512(_mm256_castps_si256(upper));
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), _mm512_permutex2var_epi32(lower, order, upper));
+        }
+        out
+    }
+
+    #[inline(always)]
     fn le8(self, a: __m256, b: __m256) -> u8 {
         // SAFETY: `self` proves AVX-512VL.
         unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }

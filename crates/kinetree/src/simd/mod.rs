@@ -104,6 +104,9 @@ pub(crate) trait Isa: Copy {
     /// Rows become columns.
     fn transpose4(self, rows: [Self::F4; 4]) -> [Self::F4; 4];
 
+    /// Lane by lane, bits in the upper half and a word in the lower half.
+    fn join8(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8];
+
     /// One of eight words. The processor foretells which, as it does of any branch, and goes on with it; what the number waits for is not waited for.
     #[inline(always)]
     fn foretold(self, words: &[u32; 8], number: usize) -> u32 {
@@ -297,6 +300,9 @@ mod tests {
             let sum =
                 isa.mul_add8(isa.splat8(2.0), isa.load8(&[0.5, 1.0, -3.0, 0.0, 4.0, 5.0, 6.0, 7.0]), isa.splat8(1.0));
             assert_eq!(isa.store8(sum), [2.0, 3.0, -5.0, 1.0, 9.0, 11.0, 13.0, 15.0]);
+            let joined =
+                isa.join8(isa.load8(&[0.0, -0.0, 1.0, 2.0, -3.0, 0.5, 1e30, -1e-40]), &[7, 6, 5, 4, 3, 2, 1, u32::MAX]);
+            out.extend(joined.iter().flat_map(|both| [(both >> 32) as u32, *both as u32]));
             out.push(isa.signs4(isa.load4(&[-0.0, 1.0, -2.0, 0.0])).into());
             for v in [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x), isa.spread8::<3>(y)] {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));

@@ -297,6 +297,20 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
+    fn join8(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8] {
+        let mut out = [0; 8];
+        // SAFETY: `self` proves NEON; four words are read from each half of an array of eight, and twice two numbers are written to each half of one of eight.
+        unsafe {
+            for half in 0..2 {
+                let (lower, upper) = (vld1q_u32(lower.as_ptr().add(4 * half)), vreinterpretq_u32_f32(upper[half]));
+                vst1q_u64(out.as_mut_ptr().add(4 * half), vreinterpretq_u64_u32(vzip1q_u32(lower, upper)));
+                vst1q_u64(out.as_mut_ptr().add(4 * half + 2), vreinterpretq_u64_u32(vzip2q_u32(lower, upper)));
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
     fn before8(self, a: Self::F8, b: Self::F8) -> u32 {
         self.mask8(self.lanes_before4(a[0], b[0]), self.lanes_before4(a[1], b[1])).into()
     }

@@ -90,6 +90,15 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn join8(self, upper: [f32; 8], lower: &[u32; 8]) -> [u64; 8] {
+        let mut out = [0; 8];
+        for lane in 0..8 {
+            out[lane] = u64::from(upper[lane].to_bits()) << 32 | u64::from(lower[lane]);
+        }
+        out
+    }
+
+    #[inline(always)]
     fn before8(self, a: [f32; 8], b: [f32; 8]) -> u32 {
         mask(a, b, |a, b| (a.to_bits() as i32) < b.to_bits() as i32).into()
     }

@@ -24,22 +24,22 @@ pub(super) fn choose<I: Isa>(
     if rest == 0 {
         return if all == 0 { None } else { Some(foretold(isa, links, all)) };
     }
-    let distances = isa.store8(entry);
-    let (a, b) = (entry_of(&distances, links, all), entry_of(&distances, links, rest));
+    let entries = isa.join8(entry, links);
+    let (a, b) = (entry_of(&entries, all), entry_of(&entries, rest));
     let (low, high) = (a.min(b), a.max(b));
     if rest & (rest - 1) == 0 {
         stack.push(high);
         return Some(foretold(isa, links, if a < b { all } else { rest }));
     }
     let rest = rest & (rest - 1);
-    let c = entry_of(&distances, links, rest);
+    let c = entry_of(&entries, rest);
     let rest = rest & (rest - 1);
     if rest == 0 {
         stack.push(high.max(c));
         stack.push(high.min(c).max(low));
         return Some(link_of(low.min(c)));
     }
-    let d = entry_of(&distances, links, rest);
+    let d = entry_of(&entries, rest);
     let rest = rest & (rest - 1);
     let (near, far) = (c.min(d), c.max(d));
     let (one, other) = (low.max(near), high.min(far));
@@ -50,7 +50,7 @@ pub(super) fn choose<I: Isa>(
         stack.push(four[1]);
         return Some(link_of(four[0]));
     }
-    Some(link_of(insert(four, rest, &distances, links, stack)))
+    Some(link_of(insert(four, rest, &entries, stack)))
 }
 
 /// The same where any hit will do: the lanes come in the order in which they stand.
@@ -87,14 +87,13 @@ fn foretold<I: Isa>(isa: I, links: &[u32; LANES], mask: u32) -> WideLink {
 fn insert(
     four: [Entry; 4],
     mut rest: u32,
-    distances: &[f32; LANES],
-    links: &[u32; LANES],
+    entries: &[Entry; LANES],
     stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Entry {
     let mut sorted = [four[0], four[1], four[2], four[3], 0, 0, 0, 0];
     let mut count = 4;
     while rest != 0 {
-        let new = entry_of(distances, links, rest);
+        let new = entry_of(entries, rest);
         rest &= rest - 1;
         let mut at = count;
         while at > 0 && sorted[(at - 1) & 7] > new {
@@ -129,9 +128,8 @@ fn link_of(entry: Entry) -> WideLink {
 
 /// Of the first lane in the mask.
 #[inline(always)]
-fn entry_of(distances: &[f32; LANES], links: &[u32; LANES], mask: u32) -> Entry {
-    let lane = mask.trailing_zeros() as usize & 7;
-    u64::from(distances[lane].to_bits()) << 32 | u64::from(links[lane])
+fn entry_of(entries: &[Entry; LANES], mask: u32) -> Entry {
+    entries[mask.trailing_zeros() as usize & 7]
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::pair::{Half, Pair, half};
 use crate::geometry::Aabb;
+use crate::simd::{Isa, Kernel, Level};
 use crate::tree::{Link, MAX_DEPTH, Node};
 
 /// What stands below one node, about to be written.
@@ -38,23 +39,43 @@ pub(super) fn balanced_height(leaves: usize) -> usize {
 
 impl Subtree<'_> {
     /// Writes what is below `top`, which is the `depth`th node of its path, and gives its own node.
-    pub(super) fn write(self, top: Top, depth: usize) -> Node {
-        Writer { nodes: 0, placed: 0, subtree: self }.write(top, depth)
+    pub(super) fn write(self, level: Level, top: Top, depth: usize) -> Node {
+        level.run(Write { subtree: self, top, depth })
     }
 }
 
-struct Writer<'a> {
+struct Write<'a> {
+    subtree: Subtree<'a>,
+    top: Top,
+    depth: usize,
+}
+
+impl Kernel for Write<'_> {
+    type Output = Node;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Node {
+        Writer { isa, nodes: 0, placed: 0, subtree: self.subtree }.write(self.top, self.depth)
+    }
+}
+
+struct Writer<'a, I> {
+    isa: I,
     subtree: Subtree<'a>,
     nodes: usize,
     placed: usize,
 }
 
-impl Writer<'_> {
+impl<I: Isa> Writer<'_, I> {
     fn write(&mut self, top: Top, depth: usize) -> Node {
         match half(top.link) {
             Half::Leaf { place, count } => self.write_leaf(&top.bounds, place, count),
             Half::Pair(pair) => {
                 let halves = Top::halves(&self.subtree.pairs[pair]);
+                // Pairs lie in the order in which they were made, so the second would be waited for.
+                if let Half::Pair(second) = half(halves[1].link) {
+                    self.isa.prefetch(self.subtree.pairs, second);
+                }
                 if depth + top.height as usize > MAX_DEPTH + 1 && !halves.iter().all(|half| self.has_room(half, depth))
                 {
                     let mut leaves = Vec::new();

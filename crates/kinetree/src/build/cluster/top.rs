@@ -62,7 +62,7 @@ impl Top {
             pairs.clear();
             root = balanced(&clusters, &mut pairs);
         }
-        write(&root, &pairs, &pieces, chunks, threads)
+        write(self.level, &root, &pairs, &pieces, chunks, threads)
     }
 
     fn merge(&self, clusters: &[Cluster], chunks: &[Chunk<'_>], pairs: &mut Vec<Pair>) -> Cluster {
@@ -114,7 +114,14 @@ fn balanced(clusters: &[Cluster], pairs: &mut Vec<Pair>) -> Cluster {
     Cluster { bounds: pair[0].bounds.union(&pair[1].bounds), kind }
 }
 
-fn write(root: &Cluster, pairs: &[Pair], pieces: &[Piece], chunks: &[Chunk<'_>], threads: &Threads) -> Bvh {
+fn write(
+    level: Level,
+    root: &Cluster,
+    pairs: &[Pair],
+    pieces: &[Piece],
+    chunks: &[Chunk<'_>],
+    threads: &Threads,
+) -> Bvh {
     let leaves: u32 = pieces.iter().map(|piece| piece.kind.leaves).sum();
     let count: u32 = pieces.iter().map(|piece| piece.kind.primitives).sum();
     let size = 2 * leaves as usize - 1;
@@ -127,7 +134,7 @@ fn write(root: &Cluster, pairs: &[Pair], pieces: &[Piece], chunks: &[Chunk<'_>],
     let mut room = Room { below, below_at: top_size as u32, primitives: &mut primitives, first_place: 0 };
     plan.visit(root.bounds, root.kind.link, 0, 1, &mut room);
     let Plan { mut jobs, .. } = plan;
-    threads.for_each(&mut jobs, 4, &|_, job| job.run());
+    threads.for_each(&mut jobs, 4, &|_, job| job.run(level));
     let roots: Vec<(usize, Node)> = jobs.into_iter().map(|job| (job.at, job.node)).collect();
     roots.into_iter().for_each(|(at, node)| nodes[at] = node);
     Bvh::from_parts(nodes, primitives, count)
@@ -144,9 +151,9 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn run(&mut self) {
+    fn run(&mut self, level: Level) {
         if let Some(subtree) = self.subtree.take() {
-            self.node = subtree.write(self.root, self.depth);
+            self.node = subtree.write(level, self.root, self.depth);
         }
     }
 }
