@@ -84,7 +84,7 @@ impl GatherRows for Nearest {
         self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;
     }
 
-    #[cold]
+    #[inline]
     fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32) {
         if (hit.t, (instance, primitive)) < (self.t.get(ray), self.numbers(ray)) {
             self.t.set(ray, hit.t);
@@ -135,7 +135,7 @@ impl GatherRows for Any {
         self.found |= u64::from(hits.lanes) << (16 * row);
     }
 
-    #[cold]
+    #[inline]
     fn take_one(&mut self, ray: usize, _: &TriangleHit, _: u32, _: u32) {
         self.t_max.set(ray, f32::NEG_INFINITY);
         self.found |= 1 << ray;

@@ -10,7 +10,7 @@ use crate::traverse::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel,
     lanes_of, octants, walk_packet,
 };
-use crate::wide::{InstanceRecord, WideLink};
+use crate::wide::{InstanceRecord, TriangleBlock, WideLink};
 
 /// Answers a packet, and says which rays are still to be asked alone.
 pub(super) struct Together<'a, F, G: GatherRows, W> {
@@ -100,6 +100,9 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
     }
 }
 
+/// So few rays are tested against four triangles at a time each, instead of sixteen against one.
+const FEW: u32 = 6;
+
 struct InMesh<'a, F, G, const WATERTIGHT: bool> {
     rays: &'a RayPacket,
     sheared: &'a ShearedPacket,
@@ -129,6 +132,10 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
                 // All rays of the set share an octant.
                 let downwards = self.rays.negative[along] & set != 0;
                 let axes = ShearedPacket::axes(along, downwards);
+                if set.count_ones() <= FEW {
+                    is_nearer |= self.one_by_one(isa, block, set, axes);
+                    continue;
+                }
                 for lane in 0..block.count as usize {
                     let mut corners = [[isa.splat16(0.0); 3]; 3];
                     for corner in 0..3 {
@@ -181,6 +188,33 @@ impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATE
             let interval = Interval::new(isa, self.rays, planes, set);
             walk_packet(isa, self.mesh.bvh.tree(), self.rays, planes, &interval, &mut self);
         }
+    }
+
+    /// Four triangles against each ray of the set; whether anything was hit.
+    #[inline(always)]
+    fn one_by_one<I: Isa>(&mut self, isa: I, block: &TriangleBlock, mut set: u64, axes: [usize; 3]) -> bool {
+        let mut is_nearer = false;
+        while set != 0 {
+            let ray = set.trailing_zeros() as usize & 63;
+            set &= set - 1;
+            let local = self.rays.ray(ray);
+            let hits = self.sheared.alone::<I, WATERTIGHT>(isa, ray, &local, axes).hits(
+                isa,
+                block,
+                self.gather.t_max().get(ray),
+            );
+            let mut mask = hits.mask;
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize & 3;
+                mask &= mask - 1;
+                let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
+                if hit.t.is_finite() && self.counts.one(ray, &hit, primitive) {
+                    is_nearer = true;
+                    self.gather.take_one(ray, &hit, primitive, self.counts.instance);
+                }
+            }
+        }
+        is_nearer
     }
 
     /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar test.

@@ -20,6 +20,12 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &'a Ray) -> Self {
         let Sheared { axes, shear, t_scale, .. } = Sheared::new(ray);
+        Self::of_parts(isa, ray, axes, shear, t_scale)
+    }
+
+    /// Of a ray that has been sheared.
+    #[inline(always)]
+    pub(super) fn of_parts(isa: I, ray: &'a Ray, axes: [usize; 3], shear: [f32; 3], t_scale: f32) -> Self {
         let origin = &ray.quads()[0];
         Self {
             ray,

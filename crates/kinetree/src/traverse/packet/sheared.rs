@@ -1,7 +1,8 @@
 //! One triangle against sixteen rays: the watertight test, operation for operation as in [`Sheared::hit`](crate::geometry::Sheared::hit), so that hits agree to the bit.
 
+use super::super::ShearedLanes;
 use super::rays::{Column, RayPacket};
-use crate::geometry::{NEAR, OFF, UNSURE};
+use crate::geometry::{NEAR, OFF, Ray, UNSURE};
 use crate::simd::Isa;
 
 /// A packet whose rays have become axes.
@@ -70,6 +71,19 @@ impl ShearedPacket {
         all.along[1] = along[1].positive(isa);
         all.along[2] = !(all.along[0] | all.along[1]);
         all
+    }
+
+    /// One ray for tests of four triangles; `alone` is the same ray, and its sheared space has these axes.
+    #[inline(always)]
+    pub(crate) fn alone<'a, I: Isa, const WATERTIGHT: bool>(
+        &self,
+        isa: I,
+        ray: usize,
+        alone: &'a Ray,
+        axes: [usize; 3],
+    ) -> ShearedLanes<'a, I, WATERTIGHT> {
+        let shear = [self.shear[0].get(ray), self.shear[1].get(ray), self.shear[2].get(ray)];
+        ShearedLanes::of_parts(isa, alone, axes, shear, self.t_scale.get(ray))
     }
 
     /// The bits of what belongs to one ray.
