@@ -9,8 +9,8 @@ const LEAF: u32 = 1 << 31;
 const INDEX_MASK: u32 = (1 << WideLink::COUNT_SHIFT) - 1;
 const PLACE_SHIFT: u32 = (Rows::PLACES * ROWS).trailing_zeros();
 
-/// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together. Of a node the bits are its place
-/// among [`Rows`].
+/// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together. Of a node the bits are where
+/// it stands, in units of eight bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
 pub struct WideLink(u32);
