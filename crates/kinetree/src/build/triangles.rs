@@ -1,5 +1,6 @@
 //! A tree over triangles, by the builder that suits the quality.
 
+use super::cluster::clustered_from_branches;
 use super::reinsert::reinsert;
 use super::{BuildOptions, Quality, clustered, spatial};
 use crate::geometry::Triangles;
@@ -17,9 +18,10 @@ const BATCHES_OF_THE_BEST: [f32; 5] = [0.1; 5];
 pub fn triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     // Leaves as large as a block of the wide tree, where a box costs more than the tests behind it: half the nodes to be moved and collapsed.
     let full = BuildOptions { max_leaf: 4, node_cost: 4.0, ..options.clone() };
-    let clustered = || clustered(triangles.len(), |triangle| triangles.bounds_of(triangle), &full);
+    let bounds_of = |triangle| triangles.bounds_of(triangle);
+    let clustered = || clustered(triangles.len(), bounds_of, &full);
     match options.quality {
-        Quality::Fastest => clustered(),
+        Quality::Fastest => clustered_from_branches(triangles.len(), bounds_of, &full),
         Quality::Fast => reinsert(clustered(), &BATCHES_OF_THE_FAST, &options.threads),
         Quality::Balanced => reinsert(clustered(), &BATCHES, &options.threads),
         Quality::Best => reinsert(spatial(triangles, &full), &BATCHES_OF_THE_BEST, &options.threads),

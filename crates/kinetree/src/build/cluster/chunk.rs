@@ -3,7 +3,7 @@
 use super::front::{FEW, FULL, Front, Merger, NEAR, RADIUS};
 use super::pair::{Cluster, Kind, Pair};
 use crate::geometry::Aabb;
-use crate::simd::Level;
+use crate::simd::{Isa, Kernel, Level};
 
 /// A stretch of the curve, and what became of it.
 pub(super) struct Chunk<'a> {
@@ -20,6 +20,8 @@ pub(super) struct Task<'a> {
     /// The bits of a key that hold the primitive.
     pub(super) primitive_mask: u64,
     pub(super) leaf_limit: u32,
+    /// How many primitives a leaf may have before anything is compared.
+    pub(super) first_leaf: u32,
     pub(super) node_cost: f32,
     pub(super) level: Level,
 }
@@ -33,16 +35,92 @@ pub(super) fn fork(keys: &[u64]) -> usize {
 
 impl Chunk<'_> {
     pub(super) fn cluster(&mut self, task: &Task<'_>) {
-        self.pairs.reserve(self.keys.len());
-        let mut work = Work { task, keys: self.keys, pairs: &mut self.pairs, front: Front::new(), waiting: Vec::new() };
-        work.branch(0, work.keys.len());
+        let leaves = task.level.run(FirstLeaves { keys: self.keys, task });
+        self.pairs.reserve(leaves.clusters.len());
+        let mut work = Work {
+            task,
+            leaves: &leaves,
+            chains: self.keys,
+            pairs: &mut self.pairs,
+            front: Front::new(),
+            waiting: Vec::new(),
+        };
+        work.branch(0, leaves.clusters.len());
         self.clusters = work.waiting;
     }
 }
 
+/// What clustering begins with, in the order of the curve.
+struct Leaves {
+    clusters: Vec<Cluster>,
+    /// The first key of each.
+    keys: Vec<u64>,
+}
+
+/// Makes leaves of whole branches that are small enough, and links of chains of their keys.
+struct FirstLeaves<'a, 'b> {
+    keys: &'a mut [u64],
+    task: &'a Task<'b>,
+}
+
+/// How far ahead boxes are asked for, in keys.
+const AHEAD: usize = 16;
+
+impl Kernel for FirstLeaves<'_, '_> {
+    type Output = Leaves;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Leaves {
+        let Self { keys, task } = self;
+        let room = if task.first_leaf > 1 { keys.len() / 2 } else { keys.len() };
+        let mut leaves = Leaves { clusters: Vec::with_capacity(room), keys: Vec::with_capacity(room) };
+        let mut start = 0;
+        let mut before = 0;
+        while start < keys.len() {
+            let (count, after) = branch_at(keys, start, before, task.first_leaf as usize);
+            leaves.keys.push(keys[start]);
+            let mut bounds = Aabb::EMPTY;
+            for place in start..start + count {
+                if let Some(ahead) = keys.get(place + AHEAD) {
+                    isa.prefetch(task.boxes, (ahead & task.primitive_mask) as usize);
+                }
+                let primitive = keys[place] & task.primitive_mask;
+                bounds = bounds.union(&task.boxes[primitive as usize]);
+                let next = if place + 1 < start + count { place + 1 } else { 0 };
+                keys[place] = primitive | (next as u64) << 32;
+            }
+            leaves.clusters.push(Cluster { bounds, kind: Kind::leaf(start, count) });
+            (start, before) = (start + count, after);
+        }
+        leaves
+    }
+}
+
+/// How many keys the largest branch that begins at `start` has, if it may have `most`; and how many leading bits the last of them has in common with the one
+/// behind it. `before` are those that the first has in common with the one in front of it.
+#[inline(always)]
+fn branch_at(keys: &[u64], start: usize, before: u32, most: usize) -> (usize, u32) {
+    // Keys are different, so nobody has all 64 in common; and past the ends there is nobody to have any in common with.
+    let common = |last: usize| match keys.get(last + 1) {
+        Some(next) => (keys[last] ^ next).leading_zeros(),
+        None => 0,
+    };
+    let mut after = common(start);
+    let (mut found, mut inside) = ((1, after), 64);
+    for count in 2..=most.min(keys.len() - start) {
+        inside = after.min(inside);
+        after = common(start + count - 1);
+        if inside > before.max(after) || count == keys.len() {
+            found = (count, after);
+        }
+    }
+    found
+}
+
 struct Work<'a> {
     task: &'a Task<'a>,
-    keys: &'a mut [u64],
+    leaves: &'a Leaves,
+    chains: &'a mut [u64],
     pairs: &'a mut Vec<Pair>,
     front: Front,
     /// Clusters of branches whose parents are still to come.
@@ -50,18 +128,15 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Leaves the clusters of a branch at the end of `waiting`.
+    /// Leaves the clusters of a branch, given its first leaves, at the end of `waiting`.
     fn branch(&mut self, start: usize, end: usize) {
         let before = self.waiting.len();
         self.front.clear();
-        if end - start <= FULL {
-            for place in start..end {
-                let primitive = self.keys[place] & self.task.primitive_mask;
-                self.keys[place] = primitive;
-                self.front.push(&Cluster { bounds: self.task.boxes[primitive as usize], kind: Kind::single(place) });
-            }
+        let radius = if end - start <= FULL {
+            self.leaves.clusters[start..end].iter().for_each(|leaf| self.front.push(leaf));
+            NEAR
         } else {
-            let middle = start + fork(&self.keys[start..end]);
+            let middle = start + fork(&self.leaves.keys[start..end]);
             self.branch(start, middle);
             self.branch(middle, end);
             if self.waiting.len() - before <= FEW {
@@ -69,15 +144,55 @@ impl Work<'_> {
             }
             self.front.clear();
             self.waiting.drain(before..).for_each(|cluster| self.front.push(&cluster));
-        }
+            RADIUS
+        };
         let Task { leaf_limit, node_cost, level, .. } = *self.task;
-        let radius = if end - start <= FULL { NEAR } else { RADIUS };
-        self.front.reduce(
-            FEW,
-            radius,
-            level,
-            &mut Merger { pairs: self.pairs, chains: self.keys, leaf_limit, node_cost },
-        );
+        let mut merger = Merger { pairs: self.pairs, chains: self.chains, leaf_limit, node_cost };
+        self.front.reduce(FEW, radius, level, &mut merger);
         self.waiting.extend(self.front.clusters());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The same by the definition: a branch is all the keys that begin with the same bits.
+    fn by_looking(keys: &[u64], start: usize, most: usize) -> usize {
+        let of_branch = |bits: u32| {
+            let same = |key: &&u64| key.checked_shr(bits) == keys[start].checked_shr(bits);
+            (keys.iter().position(|key| same(&key)), keys.iter().filter(same).count())
+        };
+        (0..=64)
+            .map(of_branch)
+            .filter(|&(first, count)| first == Some(start) && count <= most)
+            .map(|it| it.1)
+            .max()
+            .unwrap()
+    }
+
+    #[test]
+    fn first_leaves_are_the_largest_branches_that_fit() {
+        let mut state = 5_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state >> 33
+        };
+        for size in [1, 2, 3, 4, 5, 9, 300] {
+            for bits in [9, 12, 31] {
+                let mut keys: Vec<u64> = (0..size).map(|_| random() & ((1 << bits) - 1)).collect();
+                keys.push(u64::MAX);
+                keys.sort_unstable();
+                keys.dedup();
+                for most in 1..=4 {
+                    let (mut start, mut before) = (0, 0);
+                    while start < keys.len() {
+                        let (count, after) = branch_at(&keys, start, before, most);
+                        assert_eq!(count, by_looking(&keys, start, most), "{keys:?}, {start}, {most}");
+                        (start, before) = (start + count, after);
+                    }
+                }
+            }
+        }
     }
 }

@@ -67,7 +67,14 @@ impl Kind {
     /// A leaf with one primitive.
     #[inline(always)]
     pub(super) fn single(place: usize) -> Self {
-        Self { link: LEAF | 1 << COUNT_SHIFT | place as u32, primitives: 1, leaves: 1, height: 1 }
+        Self::leaf(place, 1)
+    }
+
+    /// A leaf whose first primitive has this place.
+    #[inline(always)]
+    pub(super) fn leaf(place: usize, count: usize) -> Self {
+        let primitives = count as u32;
+        Self { link: LEAF | primitives << COUNT_SHIFT | place as u32, primitives, leaves: 1, height: 1 }
     }
 
     /// One leaf of two: a chain leads from the last primitive of this one to the first of the other. A link of a chain holds the primitive in its
