@@ -151,7 +151,8 @@ impl<U: Units> Part<U> {
 
     fn append(&mut self, part: Self, parent_lane: u32) {
         let (first_node, first_unit) = (self.nodes.len() as u32, self.unit_count);
-        for mut node in part.nodes {
+        self.nodes.extend_from_slice(&part.nodes);
+        for node in &mut self.nodes[first_node as usize..] {
             for link in &mut node.links[..node.in_use.count_ones() as usize] {
                 *link = WideLink::from_bits(*link).moved(first_node, first_unit).bits();
             }
@@ -159,7 +160,6 @@ impl<U: Units> Part<U> {
                 u32::MAX => parent_lane,
                 lane => lane + first_node * LANES as u32,
             };
-            self.nodes.push(node);
         }
         self.unit_count += part.unit_count;
         self.units.append(part.units);

@@ -1,4 +1,7 @@
 //! From merged clusters to a tree: nodes in depth-first order, primitives in the order of the leaves, paths bounded.
+//!
+//! Pairs lie in the order in which they were made, and on the whole what is further right was made later. So the walk goes from right to left: then it reads them
+//! backwards, nearly one after the other.
 
 use super::pair::{Half, Pair, half};
 use crate::geometry::Aabb;
@@ -55,7 +58,8 @@ impl Kernel for Write<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Node {
-        Writer { isa, nodes: 0, placed: 0, subtree: self.subtree }.write(self.top, self.depth)
+        let to_place = self.subtree.primitives.len();
+        Writer { isa, nodes: 0, to_place, subtree: self.subtree }.write(self.top, self.depth)
     }
 }
 
@@ -63,8 +67,12 @@ struct Writer<'a, I> {
     isa: I,
     subtree: Subtree<'a>,
     nodes: usize,
-    placed: usize,
+    /// Primitives that have no place yet: the first ones.
+    to_place: usize,
 }
+
+/// How far ahead pairs are asked for.
+const AHEAD: usize = 16;
 
 impl<I: Isa> Writer<'_, I> {
     fn write(&mut self, top: Top, depth: usize) -> Node {
@@ -72,9 +80,9 @@ impl<I: Isa> Writer<'_, I> {
             Half::Leaf { place, count } => self.write_leaf(&top.bounds, place, count),
             Half::Pair(pair) => {
                 let halves = Top::halves(&self.subtree.pairs[pair]);
-                // Pairs lie in the order in which they were made, so the second would be waited for.
-                if let Half::Pair(second) = half(halves[1].link) {
-                    self.isa.prefetch(self.subtree.pairs, second);
+                self.isa.prefetch(self.subtree.pairs, pair.saturating_sub(AHEAD));
+                if let Half::Pair(left) = half(halves[0].link) {
+                    self.isa.prefetch(self.subtree.pairs, left);
                 }
                 if depth + top.height as usize > MAX_DEPTH + 1 && !halves.iter().all(|half| self.has_room(half, depth))
                 {
@@ -83,8 +91,8 @@ impl<I: Isa> Writer<'_, I> {
                     return self.write_balanced(&leaves);
                 }
                 let first = self.two_nodes();
-                for (at, half) in halves.into_iter().enumerate() {
-                    self.subtree.below[first + at] = self.write(half, depth + 1);
+                for at in [1, 0] {
+                    self.subtree.below[first + at] = self.write(halves[at], depth + 1);
                 }
                 Node { bounds: top.bounds, link: self.link_to(first) }
             }
@@ -118,21 +126,22 @@ impl<I: Isa> Writer<'_, I> {
         }
         let first = self.two_nodes();
         let (left, right) = leaves.split_at(leaves.len().div_ceil(2));
-        let pair = [self.write_balanced(left), self.write_balanced(right)];
+        let right = self.write_balanced(right);
+        let pair = [self.write_balanced(left), right];
         self.subtree.below[first..first + 2].copy_from_slice(&pair);
         Node { bounds: pair[0].bounds.union(&pair[1].bounds), link: self.link_to(first) }
     }
 
     fn write_leaf(&mut self, bounds: &Aabb, mut place: usize, count: usize) -> Node {
-        let first = self.placed;
-        for _ in 0..count {
+        let end = self.to_place;
+        self.to_place -= count;
+        for primitive in &mut self.subtree.primitives[self.to_place..end] {
             let chain = self.subtree.chains[place];
-            self.subtree.primitives[self.placed] = chain as u32;
-            self.placed += 1;
+            *primitive = chain as u32;
             place = (chain >> 32) as usize;
         }
-        let range = first as u32..self.placed as u32;
-        let range = self.subtree.first_place + range.start..self.subtree.first_place + range.end;
+        let first = self.subtree.first_place;
+        let range = first + self.to_place as u32..first + end as u32;
         Node { bounds: *bounds, link: Link::primitives(range) }
     }
 

@@ -93,6 +93,8 @@ fn clustered_at(
     if threads.is_cancelled() {
         return unfinished(survey.centers, 0);
     }
+    // Memory for the tree.
+    drop(boxes);
     top.tree(&mut chunks, threads)
 }
 
