@@ -8,6 +8,7 @@ use super::least::{Least, Subtree};
 use super::node::LANES;
 use super::{WideLink, WideNode, WideTree};
 use crate::arena::with_room;
+use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
 
@@ -79,10 +80,11 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
     let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
     let mut parts: Vec<(u32, Option<Part<U>>)> = of_parts.into_iter().map(|root| (root, None)).collect();
     let empty = units.part();
+    let level = Level::current();
     threads.for_each(&mut parts, PARTS, &|_, (root, part)| {
         let mut written = Part { nodes: Vec::new(), units: empty.part(), unit_count: 0 };
         if !threads.is_cancelled() {
-            written.write(*root, roots.clone(), &mut std::iter::empty());
+            level.run(Write { part: &mut written, root: *root, roots: roots.clone(), parts: &mut std::iter::empty() });
             threads.tick(written.nodes.len());
         }
         *part = Some(written);
@@ -95,7 +97,8 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
         let below: usize = parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum();
         whole.nodes = with_room(below + MOST_ABOVE);
     }
-    whole.write(0, roots, &mut parts.into_iter().filter_map(|(_, part)| part));
+    let mut parts = parts.into_iter().filter_map(|(_, part)| part);
+    level.run(Write { part: &mut whole, root: 0, roots, parts: &mut parts });
     whole.nodes.shrink_to_fit();
     units.append(whole.units);
     WideTree { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
@@ -114,7 +117,8 @@ struct Part<U> {
 
 impl<U: Units> Part<U> {
     /// Writes the subtree of a binary node, depth first. As long as there are parts, they stand for what is so far down.
-    fn write(&mut self, root: u32, mut roots: Roots<'_>, parts: &mut impl Iterator<Item = Self>) {
+    #[inline(always)]
+    fn write(&mut self, isa: impl Isa, root: u32, mut roots: Roots<'_>, parts: &mut impl Iterator<Item = Self>) {
         let mut open = vec![(root, u32::MAX, 0)];
         while let Some((from, parent_lane, depth)) = open.pop() {
             let number = self.nodes.len() as u32;
@@ -140,7 +144,10 @@ impl<U: Units> Part<U> {
                         self.unit_count = units.end;
                         node.links[lane] = WideLink::units(units).bits();
                     }
-                    None => open.push((root.node, number * LANES as u32 + lane as u32, depth + 1)),
+                    None => {
+                        roots.least.foresee(isa, root.node);
+                        open.push((root.node, number * LANES as u32 + lane as u32, depth + 1));
+                    }
                 }
             }
             // The first lane comes next, so that a subtree stands together.
@@ -163,6 +170,23 @@ impl<U: Units> Part<U> {
         }
         self.unit_count += part.unit_count;
         self.units.append(part.units);
+    }
+}
+
+/// Calls [`Part::write`].
+struct Write<'a, 'b, U, P> {
+    part: &'a mut Part<U>,
+    root: u32,
+    roots: Roots<'b>,
+    parts: &'a mut P,
+}
+
+impl<U: Units, P: Iterator<Item = Part<U>>> Kernel for Write<'_, '_, U, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        self.part.write(isa, self.root, self.roots, self.parts);
     }
 }
 

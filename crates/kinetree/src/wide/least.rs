@@ -20,6 +20,9 @@ use crate::tree::{Bvh, Node, Target};
 /// So many pairs are one thread's, and are done before anybody asks whether the tree is still wanted.
 const PIECE: usize = 4096;
 
+/// For how many pairs memory is asked before they are looked at.
+const FORESEEN: usize = 8;
+
 /// What two children cost at least.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
@@ -112,6 +115,20 @@ impl<'a> Least<'a> {
             }
         }
         least
+    }
+
+    /// Asks for the memory of what is below a node, as far as it stands together: all of it where the tree ends, as at most nodes.
+    #[inline(always)]
+    pub(super) fn foresee(&self, isa: impl Isa, node: u32) {
+        if let Target::Node(first) = self.nodes[node as usize].link.target() {
+            let last = self.pairs.len().wrapping_sub(1 + first as usize / 2);
+            for pair in 0..FORESEEN {
+                isa.prefetch(self.nodes, first as usize + 2 * pair);
+            }
+            for pair in (0..FORESEEN).step_by(2) {
+                isa.prefetch(&self.pairs, last.wrapping_sub(pair));
+            }
+        }
     }
 
     /// Of one node; nothing only when cancelled.
