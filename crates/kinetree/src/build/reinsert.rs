@@ -263,6 +263,11 @@ impl Loose {
     fn laid_out(&self) -> Option<(Vec<Node>, Vec<u32>)> {
         let mut nodes: Vec<Node> = with_room(self.nodes.len());
         let mut primitives = with_room(self.primitives.len());
+        primitives.resize(self.primitives.len(), 0);
+        // What has not been placed yet.
+        let (mut start, mut end) = (0, primitives.len());
+        // From the side from which the tree was written, so that it is read in a row.
+        let leftwards = self.was_written_leftwards();
         nodes.push(self.nodes[0]);
         let mut open = vec![(0_usize, 1_usize)];
         while let Some((at, depth)) = open.pop() {
@@ -274,16 +279,29 @@ impl Loose {
                     let pair = nodes.len();
                     nodes.extend_from_slice(&self.nodes[first as usize..first as usize + 2]);
                     nodes[at].link = Link::node(pair as u32);
-                    open.push((pair + 1, depth + 1));
-                    open.push((pair, depth + 1));
+                    let (soon, later) = if leftwards { (pair + 1, pair) } else { (pair, pair + 1) };
+                    open.extend([(later, depth + 1), (soon, depth + 1)]);
                 }
                 Target::Primitives(places) => {
-                    let start = primitives.len() as u32;
-                    primitives.extend_from_slice(&self.primitives[places.start as usize..places.end as usize]);
-                    nodes[at].link = Link::primitives(start..primitives.len() as u32);
+                    let count = places.len();
+                    let first = if leftwards { end - count } else { start };
+                    primitives[first..first + count]
+                        .copy_from_slice(&self.primitives[places.start as usize..places.end as usize]);
+                    nodes[at].link = Link::primitives(first as u32..(first + count) as u32);
+                    if leftwards { end -= count } else { start += count }
                 }
             }
         }
         Some((nodes, primitives))
+    }
+
+    /// Whether what is below the second child of the root stands before what is below the first.
+    fn was_written_leftwards(&self) -> bool {
+        let below = |node: u32| match self.nodes[node as usize].link.target() {
+            Target::Node(first) => Some(first),
+            Target::Primitives(_) => None,
+        };
+        let Some(first) = below(0) else { return false };
+        below(first).zip(below(first + 1)).is_some_and(|(left, right)| right < left)
     }
 }
