@@ -63,6 +63,17 @@ impl Threads {
         Self { watch: Some(watch.clone()), ..self.clone() }
     }
 
+    /// Whether nothing is ever done at once and nobody looks on, so that cutting work into pieces would only cost time.
+    pub(crate) fn is_alone(&self) -> bool {
+        self.watch.is_none()
+            && match self.kind {
+                Kind::One => true,
+                #[cfg(feature = "parallel")]
+                Kind::Shared => rayon::current_num_threads() == 1,
+                Kind::Own(_) => false,
+            }
+    }
+
     /// See [`Watch`]. A builder that finds itself cancelled ends as soon as it can, with any tree at all: nobody will see it.
     #[inline]
     pub(crate) fn is_cancelled(&self) -> bool {

@@ -63,7 +63,7 @@ pub(crate) trait Units: Send + Sync {
 
 /// Collapses a binary tree. The leaves are added to `units` in their order.
 pub(crate) fn collapse<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U) -> WideTree {
-    write(binary, costs, threads, units, binary.node_count() > SMALL)
+    write(binary, costs, threads, units, binary.node_count() > SMALL && !threads.is_alone())
 }
 
 fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U, in_parts: bool) -> WideTree {
@@ -92,17 +92,21 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
     if threads.is_cancelled() {
         return WideTree::default();
     }
-    let mut whole = Part { nodes: Vec::new(), units: empty, unit_count: 0 };
-    if !parts.is_empty() {
-        let below: usize = parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum();
-        whole.nodes = with_room(below + MOST_ABOVE);
-    }
+    let room = if parts.is_empty() {
+        binary.node_count() / FEWEST + 1
+    } else {
+        parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum::<usize>() + MOST_ABOVE
+    };
+    let mut whole = Part { nodes: with_room(room), units: empty, unit_count: 0 };
     let mut parts = parts.into_iter().filter_map(|(_, part)| part);
     level.run(Write { part: &mut whole, root: 0, roots, parts: &mut parts });
     whole.nodes.shrink_to_fit();
     units.append(whole.units);
     WideTree { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
 }
+
+/// As a rule, no fewer nodes of the binary tree become a wide one.
+const FEWEST: usize = 4;
 
 /// The most nodes above the parts.
 const MOST_ABOVE: usize = 1 + LANES + LANES * LANES;
