@@ -2,6 +2,7 @@
 
 use super::front::{FEW, FULL, Front, Merger, NEAR, RADIUS};
 use super::pair::{Cluster, Kind, Pair};
+use crate::build::fast_box::FastBox;
 use crate::geometry::Aabb;
 use crate::simd::{Isa, Kernel, Level};
 
@@ -63,6 +64,9 @@ struct FirstLeaves<'a, 'b> {
     task: &'a Task<'b>,
 }
 
+/// How far clusters look when leaves were branches: the leaves, then the others. Further makes no better trees, on the whole.
+const OF_BRANCHES: (usize, usize) = (3, 5);
+
 /// How far ahead boxes are asked for, in keys.
 const AHEAD: usize = 16;
 
@@ -79,16 +83,17 @@ impl Kernel for FirstLeaves<'_, '_> {
         while start < keys.len() {
             let (count, after) = branch_at(keys, start, before, task.first_leaf as usize);
             leaves.keys.push(keys[start]);
-            let mut bounds = Aabb::EMPTY;
+            let mut bounds = FastBox::EMPTY;
             for place in start..start + count {
                 if let Some(ahead) = keys.get(place + AHEAD) {
                     isa.prefetch(task.boxes, (ahead & task.primitive_mask) as usize);
                 }
                 let primitive = keys[place] & task.primitive_mask;
-                bounds = bounds.union(&task.boxes[primitive as usize]);
+                bounds = bounds.union(&FastBox::from(&task.boxes[primitive as usize]));
                 let next = if place + 1 < start + count { place + 1 } else { 0 };
                 keys[place] = primitive | (next as u64) << 32;
             }
+            let bounds = Aabb::new(bounds.min.into(), bounds.max.into());
             leaves.clusters.push(Cluster { bounds, kind: Kind::leaf(start, count) });
             (start, before) = (start + count, after);
         }
@@ -130,11 +135,12 @@ struct Work<'a> {
 impl Work<'_> {
     /// Leaves the clusters of a branch, given its first leaves, at the end of `waiting`.
     fn branch(&mut self, start: usize, end: usize) {
+        let reach = if self.task.first_leaf > 1 { OF_BRANCHES } else { (NEAR, RADIUS) };
         let before = self.waiting.len();
         self.front.clear();
         let radius = if end - start <= FULL {
             self.leaves.clusters[start..end].iter().for_each(|leaf| self.front.push(leaf));
-            NEAR
+            reach.0
         } else {
             let middle = start + fork(&self.leaves.keys[start..end]);
             self.branch(start, middle);
@@ -144,7 +150,7 @@ impl Work<'_> {
             }
             self.front.clear();
             self.waiting.drain(before..).for_each(|cluster| self.front.push(&cluster));
-            RADIUS
+            reach.1
         };
         let Task { leaf_limit, node_cost, level, .. } = *self.task;
         let mut merger = Merger { pairs: self.pairs, chains: self.chains, leaf_limit, node_cost };
