@@ -32,6 +32,9 @@ use crate::tree::Bvh;
 /// Bits of a code, at most: finer ones cost a pass of sorting and gain nothing.
 const CODE_BITS: u32 = 44;
 
+/// Primitives of a branch that becomes a leaf at once, at most.
+const FULL_LEAF: u32 = 4;
+
 /// Boxes and codes that are made at one go, by one thread.
 const PIECE: usize = 4096;
 
@@ -44,14 +47,14 @@ pub fn clustered(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: 
     clustered_at(Level::current(), count, bounds_of, options, 1)
 }
 
-/// The same in less time, and with costs that are a few per cent higher: branches of up to four primitives become leaves at once, where a box costs
-/// as much as the tests behind it.
+/// The same in less time, and with costs that are a few per cent higher: whole branches of up to [`FULL_LEAF`] primitives become leaves at once, where a
+/// box costs as much as the tests behind it.
 pub(crate) fn clustered_from_branches(
     count: usize,
     bounds_of: impl Fn(u32) -> Aabb + Sync,
     options: &BuildOptions,
 ) -> Bvh {
-    let first_leaf = (options.node_cost.clamp(1.0, 4.0) as u32).min(options.leaf_limit() as u32);
+    let first_leaf = (options.node_cost.max(1.0) as u32).min(options.leaf_limit() as u32).min(FULL_LEAF);
     clustered_at(Level::current(), count, bounds_of, options, first_leaf)
 }
 
@@ -93,7 +96,7 @@ fn clustered_at(
     if threads.is_cancelled() {
         return unfinished(survey.centers, 0);
     }
-    // Memory for the tree.
+    // The tree can have their memory.
     drop(boxes);
     top.tree(&mut chunks, threads)
 }
