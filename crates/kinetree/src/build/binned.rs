@@ -32,7 +32,7 @@ impl Chooser for Binned {
         let area = bounds.half_area();
         let as_leaf = area * references.len() as f32;
         match ObjectCut::best(references, &|count| count as f32, threads) {
-            Some(cut) if cut.cost + self.node_cost * area < as_leaf => Cut::Object { left: cut.carry_out(references) },
+            Some(cut) if cut.cost + self.node_cost * area < as_leaf => cut.carry_out(references),
             _ => Cut::Leaf,
         }
     }

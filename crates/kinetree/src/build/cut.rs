@@ -1,18 +1,33 @@
 //! How a set of references is divided.
 
+use super::fast_box::FastBox;
 use super::reference::Reference;
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
 /// What a chooser decides.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) enum Cut {
     /// Not at all.
     Leaf,
-    /// The first `left` references, as now ordered, and the rest. Neither is empty.
-    Object { left: usize },
-    /// A plane has cut some references in two, so there are more now: the first `left`, and the `right` ones that follow. Neither is none.
-    Spatial { left: usize, right: usize },
+    /// In two. The left side is the first references, as now ordered; the right side follows. When a plane has cut some references in two, there are more than
+    /// before.
+    Sides([Side; 2]),
+}
+
+/// Some references, at least one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side {
+    pub(crate) count: usize,
+    /// The box around them.
+    pub(crate) bounds: Aabb,
+}
+
+impl Side {
+    pub(crate) fn of(references: &[Reference]) -> Self {
+        let around = references.iter().fold(FastBox::EMPTY, |all, one| all.union(&FastBox::of(one)));
+        Self { count: references.len(), bounds: around.into() }
+    }
 }
 
 /// Who decides.
@@ -33,5 +48,6 @@ pub(crate) fn median(references: &mut [Reference]) -> Cut {
     let axis = spread.largest_axis();
     let left = references.len() / 2;
     references.select_nth_unstable_by(left, |a, b| a.center(axis).total_cmp(&b.center(axis)).then(a.id.cmp(&b.id)));
-    Cut::Object { left }
+    let (left, right) = references.split_at(left);
+    Cut::Sides([left, right].map(Side::of))
 }

@@ -55,6 +55,13 @@ impl FastBox {
     }
 }
 
+impl From<FastBox> for Aabb {
+    #[inline(always)]
+    fn from(bounds: FastBox) -> Self {
+        Self::new(bounds.min.into(), bounds.max.into())
+    }
+}
+
 impl From<&Aabb> for FastBox {
     #[inline(always)]
     fn from(bounds: &Aabb) -> Self {

@@ -1,12 +1,11 @@
-//! Carrying out cuts: the one place that knows about threads, node order and leaf sizes.
+//! Growing trees: the one place that knows about threads, node order and leaf sizes.
 //!
-//! A tree over n references has at most 2n - 1 nodes. The nodes below a child get a slice of their own beforehand, so that subtrees grow
-//! at the same time without knowing of each other; what stays unused is closed up at the end. Where references may be cut in two, n counts the
-//! room for more of them too; a cut shares the room that is left between the sides by their numbers, so that it does not matter which
-//! side grows first (compare Fuetterling et al. 2016, "Parallel Spatial Splits in Bounding Volume Hierarchies").
+//! Large sets are cut one after the other, and both sides grow at the same time. A small set is grown by one thread, into lists of its own; in the end these are
+//! joined. Where references may be cut in two, there is room behind them; a cut shares what is left of it between the sides by their numbers, so that it
+//! does not matter which side grows first (compare Fuetterling et al. 2016, "Parallel Spatial Splits in Bounding Volume Hierarchies").
 
 use super::BuildOptions;
-use super::cut::{Chooser, Cut, median};
+use super::cut::{Chooser, Cut, Side, median};
 use super::reference::{GRAIN, Reference, bounds_of};
 use crate::arena::with_room;
 use crate::geometry::Aabb;
@@ -33,29 +32,17 @@ pub(crate) fn grow_with_room(
     }
     let bounds = bounds_of(&references, &options.threads);
     options.threads.stage(SHARE, count);
-    if room > 0 {
-        let mut larger = with_room(count + room);
-        larger.extend_from_slice(&references);
-        larger.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
-        references = larger;
-    }
-    let mut nodes = with_room(2 * references.len() - 1);
-    nodes.resize(2 * references.len() - 1, UNUSED);
-    let (root, below) = nodes.split_first_mut().expect("there is a reference, so there is a node");
-    let plot = Plot { references: &mut references, count, first_place: 0, root, below, below_at: 1, bounds, depth: 1 };
-    Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads }.grow(plot);
+    references.reserve_exact(room);
+    references.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
+    let growth = Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads };
+    let tree = growth.grow(Plot { references: &mut references, count, bounds, depth: 1 });
     if options.threads.is_cancelled() {
         return unfinished(bounds, references[0].id);
     }
-    if room > 0 {
-        close_up_references(&mut references, &mut nodes);
-    }
-    let primitives: Vec<u32> = references.iter().map(|reference| reference.id).collect();
-    Bvh::from_parts(close_up(nodes), primitives, distinct as u32)
+    drop(references);
+    let (nodes, primitives) = tree.joined();
+    Bvh::from_parts(nodes, primitives, distinct as u32)
 }
-
-/// No node leads to the root, so this link is free to mean that a node is not in use.
-const UNUSED: Node = Node { bounds: Aabb::EMPTY, link: Link::UNUSED };
 
 /// What a cancelled build ends with: a tree, so that nothing has to ask whether it is one, over a single primitive.
 pub(super) fn unfinished(bounds: Aabb, primitive: u32) -> Bvh {
@@ -74,97 +61,31 @@ struct Growth<'a, C> {
     threads: &'a Threads,
 }
 
-/// A subtree to grow, and where.
+/// References to grow a tree over.
 struct Plot<'a> {
-    /// The first `count` are in the subtree; the others are room for more.
+    /// The first `count`; the others are room for more.
     references: &'a mut [Reference],
     count: usize,
-    /// Where these references stand among all.
-    first_place: u32,
-    root: &'a mut Node,
-    /// Room for 2n - 2 nodes, for n references with the room for more.
-    below: &'a mut [Node],
-    /// Number of the first of them.
-    below_at: u32,
     bounds: Aabb,
     depth: usize,
 }
 
-impl<C: Chooser> Growth<'_, C> {
-    fn grow(&self, plot: Plot<'_>) {
-        let Plot { references, count, first_place, root, below, below_at, bounds, depth } = plot;
-        if self.threads.is_cancelled() {
-            *root = Node { bounds, link: Link::primitives(first_place..first_place + 1) };
-            return;
-        }
-        let (left, right) = match self.cut(references, count, &bounds, depth) {
-            Cut::Leaf => {
-                *root = Node { bounds, link: Link::primitives(first_place..first_place + count as u32) };
-                return;
-            }
-            Cut::Object { left } => (left, count - left),
-            Cut::Spatial { left, right } => (left, right),
-        };
-        *root = Node { bounds, link: Link::node(below_at) };
-        let sides = [&references[..left], &references[left..left + right]];
-        let sides = sides.map(|side| bounds_of(side, self.threads));
-        let room = room_on_the_left(references.len() - left - right, left, right);
+impl<'a> Plot<'a> {
+    /// A plot for either side. They share the room.
+    fn divided(self, [left, right]: [Side; 2]) -> [Self; 2] {
+        let Self { references, depth, .. } = self;
+        let room = room_on_the_left(references.len() - left.count - right.count, left.count, right.count);
         if room > 0 {
-            references.copy_within(left..left + right, left + room);
+            references.copy_within(left.count..left.count + right.count, left.count + room);
         }
-        let (here, there) = references.split_at_mut(left + room);
-        let (pair, rest) = below.split_at_mut(2);
-        let (one, other) = pair.split_at_mut(1);
-        let (below_here, below_there) = rest.split_at_mut(2 * here.len() - 2);
-        let there = Plot {
-            count: right,
-            first_place: first_place + here.len() as u32,
-            root: &mut other[0],
-            below: below_there,
-            below_at: below_at + 2 * here.len() as u32,
-            bounds: sides[1],
-            depth: depth + 1,
-            references: there,
-        };
-        let here = Plot {
-            references: here,
-            count: left,
-            first_place,
-            root: &mut one[0],
-            below: below_here,
-            below_at: below_at + 2,
-            bounds: sides[0],
+        let (here, there) = references.split_at_mut(left.count + room);
+        let plot = |references: &'a mut [Reference], side: Side| Self {
+            references,
+            count: side.count,
+            bounds: side.bounds,
             depth: depth + 1,
         };
-        if count > SHARED_ABOVE {
-            self.threads.join(|| self.grow_and_tell(here), || self.grow_and_tell(there));
-        } else {
-            self.grow(here);
-            self.grow(there);
-        }
-    }
-
-    fn grow_and_tell(&self, plot: Plot<'_>) {
-        let count = plot.count;
-        self.grow(plot);
-        if count <= SHARED_ABOVE {
-            self.threads.tick(count);
-        }
-    }
-
-    fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, depth: usize) -> Cut {
-        if count == 1 {
-            return Cut::Leaf;
-        }
-        // Halving from here on just keeps promise 6.
-        let halvings = count.next_power_of_two().ilog2() as usize;
-        if depth + halvings >= MAX_DEPTH {
-            return if count <= self.leaf_limit { Cut::Leaf } else { median(&mut references[..count]) };
-        }
-        match self.chooser.choose_with_room(references, count, bounds, self.threads) {
-            Cut::Leaf if count > self.leaf_limit => median(&mut references[..count]),
-            cut => cut,
-        }
+        [plot(here, left), plot(there, right)]
     }
 }
 
@@ -179,46 +100,128 @@ fn room_on_the_left(room: usize, left: usize, right: usize) -> usize {
     }
 }
 
-/// Moves the references that stand in leaves to the front, in their order.
-fn close_up_references(references: &mut Vec<Reference>, nodes: &mut [Node]) {
-    let mut place_of = vec![u32::MAX; references.len()];
-    let leaves: Vec<usize> = (0..nodes.len()).filter(|&at| nodes[at] != UNUSED && nodes[at].link.is_leaf()).collect();
-    for &leaf in &leaves {
-        if let Target::Primitives(places) = nodes[leaf].link.target() {
-            place_of[places.start as usize..places.end as usize].fill(0);
+impl<C: Chooser> Growth<'_, C> {
+    fn grow(&self, mut plot: Plot<'_>) -> Grown {
+        let count = plot.count;
+        if count > SHARED_ABOVE
+            && let Cut::Sides(sides) = self.cut(&mut plot)
+        {
+            let bounds = plot.bounds;
+            let [here, there] = plot.divided(sides);
+            let (here, there) = self.threads.join(|| self.grow(here), || self.grow(there));
+            return Grown::Large { bounds, sides: Box::new([here, there]) };
         }
+        let mut small = Small { nodes: vec![NOT_YET], primitives: Vec::with_capacity(count) };
+        self.grow_small(plot, 0, &mut small);
+        self.threads.tick(count);
+        Grown::Small(small)
     }
-    let mut used = 0;
-    for place in 0..references.len() {
-        if place_of[place] == 0 {
-            references[used] = references[place];
-            place_of[place] = used as u32;
-            used += 1;
+
+    /// As the node `at` and those that follow.
+    fn grow_small(&self, mut plot: Plot<'_>, at: usize, tree: &mut Small) {
+        let bounds = plot.bounds;
+        let Cut::Sides(sides) = self.cut(&mut plot) else {
+            let first = tree.primitives.len() as u32;
+            tree.primitives.extend(plot.references[..plot.count].iter().map(|reference| reference.id));
+            tree.nodes[at] = Node { bounds, link: Link::primitives(first..first + plot.count as u32) };
+            return;
+        };
+        let pair = tree.nodes.len();
+        tree.nodes[at] = Node { bounds, link: Link::node(pair as u32) };
+        tree.nodes.extend([NOT_YET; 2]);
+        let [here, there] = plot.divided(sides);
+        self.grow_small(here, pair, tree);
+        self.grow_small(there, pair + 1, tree);
+    }
+
+    fn cut(&self, plot: &mut Plot<'_>) -> Cut {
+        let Plot { references, count, bounds, depth } = plot;
+        let count = *count;
+        if count == 1 {
+            return Cut::Leaf;
         }
-    }
-    references.truncate(used);
-    for &leaf in &leaves {
-        if let Target::Primitives(places) = nodes[leaf].link.target() {
-            let first = place_of[places.start as usize];
-            nodes[leaf].link = Link::primitives(first..first + places.len() as u32);
+        if self.threads.is_cancelled() {
+            // Nobody will see the leaf, but its link has to hold.
+            plot.count = 1;
+            return Cut::Leaf;
+        }
+        // Halving from here on just keeps promise 6.
+        let halvings = count.next_power_of_two().ilog2() as usize;
+        if *depth + halvings >= MAX_DEPTH {
+            return if count <= self.leaf_limit { Cut::Leaf } else { median(&mut references[..count]) };
+        }
+        match self.chooser.choose_with_room(references, count, bounds, self.threads) {
+            Cut::Leaf if count > self.leaf_limit => median(&mut references[..count]),
+            cut => cut,
         }
     }
 }
 
-/// Removes unused nodes; the others keep their order.
-fn close_up(nodes: Vec<Node>) -> Vec<Node> {
-    let mut used = 0;
-    let place_of: Vec<u32> = nodes
-        .iter()
-        .map(|node| {
-            used += u32::from(*node != UNUSED);
-            used.wrapping_sub(1)
-        })
-        .collect();
-    let mut kept = with_room(used as usize);
-    kept.extend(nodes.into_iter().filter(|node| *node != UNUSED).map(|node| match node.link.target() {
-        Target::Node(first) => Node { link: Link::node(place_of[first as usize]), ..node },
-        Target::Primitives(_) => node,
-    }));
-    kept
+/// A tree in pieces.
+enum Grown {
+    Small(Small),
+    /// A node above two subtrees.
+    Large {
+        bounds: Aabb,
+        sides: Box<[Grown; 2]>,
+    },
+}
+
+/// A subtree whose links count from its own root and its own first primitive.
+struct Small {
+    nodes: Vec<Node>,
+    primitives: Vec<u32>,
+}
+
+/// Stands where a node will be.
+const NOT_YET: Node = Node { bounds: Aabb::EMPTY, link: Link::UNUSED };
+
+impl Grown {
+    fn joined(self) -> (Vec<Node>, Vec<u32>) {
+        let (nodes, primitives) = self.counts();
+        let mut whole = Small { nodes: with_room(nodes), primitives: with_room(primitives) };
+        whole.nodes.push(NOT_YET);
+        self.append(0, &mut whole);
+        (whole.nodes, whole.primitives)
+    }
+
+    fn counts(&self) -> (usize, usize) {
+        match self {
+            Self::Small(small) => (small.nodes.len(), small.primitives.len()),
+            Self::Large { sides, .. } => {
+                let [(nodes, primitives), (more_nodes, more_primitives)] = [0, 1].map(|side| sides[side].counts());
+                (1 + nodes + more_nodes, primitives + more_primitives)
+            }
+        }
+    }
+
+    /// Writes the root at `at`, and all others behind what is there.
+    fn append(self, at: usize, whole: &mut Small) {
+        match self {
+            Self::Large { bounds, sides } => {
+                let pair = whole.nodes.len();
+                whole.nodes[at] = Node { bounds, link: Link::node(pair as u32) };
+                whole.nodes.extend([NOT_YET; 2]);
+                let [here, there] = *sides;
+                here.append(pair, whole);
+                there.append(pair + 1, whole);
+            }
+            Self::Small(small) => {
+                // The root has gone elsewhere.
+                let (nodes, primitives) = (whole.nodes.len() as u32 - 1, whole.primitives.len() as u32);
+                let moved = |node: &Node| Node {
+                    link: match node.link.target() {
+                        Target::Node(first) => Link::node(first + nodes),
+                        Target::Primitives(places) => {
+                            Link::primitives(places.start + primitives..places.end + primitives)
+                        }
+                    },
+                    ..*node
+                };
+                whole.nodes[at] = moved(&small.nodes[0]);
+                whole.nodes.extend(small.nodes[1..].iter().map(moved));
+                whole.primitives.extend_from_slice(&small.primitives);
+            }
+        }
+    }
 }

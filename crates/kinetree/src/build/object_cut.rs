@@ -7,6 +7,7 @@
 
 use glam::Vec3A;
 
+use super::cut::{Cut, Side};
 use super::fast_box::FastBox;
 use super::reference::{GRAIN, Reference};
 use crate::threads::Threads;
@@ -18,8 +19,8 @@ const SWEPT: usize = 8;
 pub(super) struct ObjectCut {
     /// Primitive tests of both sides, each times its area.
     pub(super) cost: f32,
-    /// Area that both sides have in common.
-    pub(super) overlap: f32,
+    /// The boxes around both sides.
+    sides: [FastBox; 2],
     place: Place,
 }
 
@@ -36,12 +37,22 @@ impl ObjectCut {
         if references.len() <= SWEPT { sweep(references, tests) } else { best_plane(references, tests, threads) }
     }
 
-    /// Brings the left side to the front, and says how many that are. The references stand as `best` has left them.
-    pub(super) fn carry_out(&self, references: &mut [Reference]) -> usize {
-        match &self.place {
+    /// Area that both sides have in common.
+    pub(super) fn overlap(&self) -> f32 {
+        self.sides[0].common_area(&self.sides[1])
+    }
+
+    /// Brings the left side to the front. The references stand as `best` has left them, or in another order if they are more than a few.
+    pub(super) fn carry_out(&self, references: &mut [Reference]) -> Cut {
+        let left = match &self.place {
             Place::Sorted(left) => *left,
-            Place::Bin { axis, bin, binning } => partition(references, |one| binning.bins(one)[*axis] < *bin),
-        }
+            Place::Bin { axis, bin, binning } => {
+                let place = binning.along(*axis);
+                partition(references, |one| place.bin(one) < *bin)
+            }
+        };
+        let counts = [left, references.len() - left];
+        Cut::Sides([0, 1].map(|side| Side { count: counts[side], bounds: self.sides[side].into() }))
     }
 }
 
@@ -72,7 +83,7 @@ fn sweep(references: &mut [Reference], tests: &impl Fn(u32) -> f32) -> Option<Ob
     }
     let around = |side: &[Reference]| side.iter().fold(FastBox::EMPTY, |all, one| all.union(&FastBox::of(one)));
     let (here, there) = references.split_at(left);
-    Some(ObjectCut { cost, overlap: around(here).common_area(&around(there)), place: Place::Sorted(left) })
+    Some(ObjectCut { cost, sides: [around(here), around(there)], place: Place::Sorted(left) })
 }
 
 /// By the middle along an axis, then by number.
@@ -126,9 +137,34 @@ impl Binning {
     #[inline(always)]
     fn bins(&self, reference: &Reference) -> [usize; 3] {
         // Adding one and a half times 2^23 rounds to a whole number, which then stands in the lowest bits.
-        let place = (middle(reference) - self.start) * self.scale + (12_582_912.0 - 0.5);
+        let place = (middle(reference) - self.start) * self.scale + ROUNDS;
         let most = self.count - 1;
         place.to_array().map(|x| ((x.to_bits() & 63) as usize).min(most))
+    }
+
+    fn along(&self, axis: usize) -> BinsAlong {
+        BinsAlong { axis, start: self.start[axis], scale: self.scale[axis], most: self.count - 1 }
+    }
+}
+
+/// One and a half times 2^23, less a half.
+const ROUNDS: f32 = 12_582_912.0 - 0.5;
+
+/// The bins along one axis only.
+struct BinsAlong {
+    axis: usize,
+    start: f32,
+    scale: f32,
+    most: usize,
+}
+
+impl BinsAlong {
+    /// The same number as [`Binning::bins`] has for the axis.
+    #[inline(always)]
+    fn bin(&self, reference: &Reference) -> usize {
+        let middle = reference.bounds.min[self.axis] + reference.bounds.max[self.axis];
+        let place = (middle - self.start) * self.scale + ROUNDS;
+        ((place.to_bits() & 63) as usize).min(self.most)
     }
 }
 
@@ -141,7 +177,7 @@ fn middle(reference: &Reference) -> Vec3A {
 /// A place between bins.
 struct Cheapest {
     cost: f32,
-    overlap: f32,
+    sides: [FastBox; 2],
     axis: usize,
     bin: usize,
 }
@@ -194,7 +230,7 @@ impl Bins {
                 let cost = side.half_area() * tests(number) + cost_above;
                 let divides = number > 0 && (number as usize) < total;
                 if divides && cost.is_finite() && best.as_ref().is_none_or(|best| cost < best.cost) {
-                    best = Some(Cheapest { cost, overlap: side.common_area(other), axis, bin });
+                    best = Some(Cheapest { cost, sides: [side, *other], axis, bin });
                 }
             }
         }
@@ -232,8 +268,8 @@ fn best_plane(references: &[Reference], tests: &impl Fn(u32) -> f32, threads: &T
             bins[0].cheapest(binning.count, references.len(), tests)
         })
     };
-    let Cheapest { cost, overlap, axis, bin } = best?;
-    Some(ObjectCut { cost, overlap, place: Place::Bin { axis, bin, binning } })
+    let Cheapest { cost, sides, axis, bin } = best?;
+    Some(ObjectCut { cost, sides, place: Place::Bin { axis, bin, binning } })
 }
 
 thread_local! {

@@ -50,18 +50,16 @@ impl<'a> Chosen<'a> {
         let as_leaf =
             if count <= self.leaf_limit { area * (tests(count as u32) - self.node_cost) } else { f32::INFINITY };
         let to_beat = object.as_ref().map_or(as_leaf, |object| object.cost.min(as_leaf));
-        let overlaps = object.as_ref().is_none_or(|object| object.overlap > self.overlap_that_matters);
-        if room > 0 && count > TOO_FEW && overlaps && area.is_finite() {
-            let plane = best_plane(&references[..count], bounds, room, &self.parts, threads);
-            if let Some(plane) = plane.filter(|plane| plane.cost < to_beat) {
-                let (left, right) = divide(references, count, (plane.axis, plane.position), &self.parts, threads);
-                if left > 0 && right > 0 {
-                    return Cut::Spatial { left, right };
-                }
-            }
+        let overlaps = object.as_ref().is_none_or(|object| object.overlap() > self.overlap_that_matters);
+        if room > 0
+            && (count > TOO_FEW && overlaps && area.is_finite())
+            && let Some(plane) = best_plane(&references[..count], bounds, room, &self.parts)
+            && let Some(sides) = divide(references, count, &plane, to_beat, &self.parts, threads)
+        {
+            return Cut::Sides(sides);
         }
         match object {
-            Some(object) if object.cost < as_leaf => Cut::Object { left: object.carry_out(&mut references[..count]) },
+            Some(object) if object.cost < as_leaf => object.carry_out(&mut references[..count]),
             _ => Cut::Leaf,
         }
     }

@@ -8,32 +8,27 @@ use glam::Vec3A;
 use super::cost::tests;
 use super::parts::Parts;
 use crate::build::fast_box::FastBox;
-use crate::build::reference::{GRAIN, Reference};
+use crate::build::reference::Reference;
 use crate::geometry::{Aabb, Triangle};
-use crate::threads::Threads;
 
 /// Slabs per axis.
 const BINS: usize = 16;
 
-/// Of larger sets, every other, every third and so on is looked at, so that at least this many are: enough to find the plane. What it costs is then found out from all.
+/// Of larger sets, every other, every third and so on is looked at, so that at least this many are: enough to find the plane. What it costs is only a guess then.
 const ENOUGH: usize = 1024;
 
 /// A plane to cut at, and what that would cost.
 pub(super) struct Plane {
     /// Primitive tests of both sides, each times its area.
     pub(super) cost: f32,
+    /// Whether the cost was found from a part of the references. They miss some of the few that are large, so it is more likely too low than too high.
+    pub(super) is_guess: bool,
     pub(super) axis: usize,
     pub(super) position: f32,
 }
 
 /// The plane that seems cheapest, and what it costs, if it makes no more than `room` references more.
-pub(super) fn best_plane(
-    references: &[Reference],
-    bounds: &Aabb,
-    room: usize,
-    parts: &Parts<'_>,
-    threads: &Threads,
-) -> Option<Plane> {
+pub(super) fn best_plane(references: &[Reference], bounds: &Aabb, room: usize, parts: &Parts<'_>) -> Option<Plane> {
     let slabs = Slabs::of(bounds);
     let every = (references.len() / ENOUGH).max(1);
     let mut bins = Bins::default();
@@ -41,44 +36,9 @@ pub(super) fn best_plane(
     let looked_at = references.len().div_ceil(every);
     let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
         let (cost, bin) = bins.best_plane(axis, looked_at + room / every)?;
-        Some(Plane { cost, axis, position: slabs.plane(axis, bin) })
+        Some(Plane { cost: cost * every as f32, is_guess: every > 1, axis, position: slabs.plane(axis, bin) })
     });
-    let best = best.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    if every == 1 { Some(best) } else { best.measured(references, room, parts, threads) }
-}
-
-impl Plane {
-    /// With what it costs to cut all references; nothing if there is not enough room for that.
-    fn measured(self, references: &[Reference], room: usize, parts: &Parts<'_>, threads: &Threads) -> Option<Self> {
-        let empty = [(FastBox::EMPTY, 0); 2];
-        let both = |[below, above]: [(FastBox, u32); 2], [more_below, more_above]: [(FastBox, u32); 2]| {
-            [
-                (below.0.union(&more_below.0), below.1 + more_below.1),
-                (above.0.union(&more_above.0), above.1 + more_above.1),
-            ]
-        };
-        let around = |piece: &[Reference]| {
-            let mut sides = empty;
-            for one in piece {
-                let bounds = FastBox::of(one);
-                if one.bounds.max[self.axis] <= self.position {
-                    sides[0] = (sides[0].0.union(&bounds), sides[0].1 + 1);
-                } else if one.bounds.min[self.axis] >= self.position {
-                    sides[1] = (sides[1].0.union(&bounds), sides[1].1 + 1);
-                } else {
-                    let halves = halves(self.position, self.axis, &parts.triangles().get(one.id));
-                    for (side, half) in sides.iter_mut().zip(halves.unwrap_or([bounds; 2])) {
-                        *side = (side.0.union(&half.intersection(&bounds)), side.1 + 1);
-                    }
-                }
-            }
-            sides
-        };
-        let [below, above] = threads.reduce(references, GRAIN, &around, &both);
-        let cost = below.0.half_area() * tests(below.1) + above.0.half_area() * tests(above.1);
-        let fits = (below.1 + above.1) as usize <= references.len() + room;
-        (fits && below.1 > 0 && above.1 > 0 && cost.is_finite()).then_some(Self { cost, ..self })
-    }
+    best.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
 /// Equal pieces of space along each axis.
@@ -227,7 +187,7 @@ impl Bins {
 
 /// The boxes of the parts below and above a plane; nothing if all corners are on one side of it. A corner in the plane counts as below.
 #[inline(always)]
-fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[FastBox; 2]> {
+pub(super) fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[FastBox; 2]> {
     // Which corner is alone on its side, by which corners are below.
     const ALONE: [usize; 8] = [0, 0, 1, 2, 2, 1, 0, 0];
     let height = |corner: usize| triangle.corners[corner][axis];
