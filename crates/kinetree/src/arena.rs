@@ -147,7 +147,21 @@ pub(crate) fn written<T: Copy + Send, R: Send>(
     threads: &Threads,
     write: &(impl Fn(usize, &mut Piece<'_, T>) -> R + Sync),
 ) -> (Vec<T>, Vec<R>) {
-    let mut list = with_room(count);
+    written_into(with_room(count), count, piece, threads, write)
+}
+
+/// The same in a list that is empty, and has room.
+///
+/// # Panics
+/// When a piece is not full in the end, or the room is too small.
+pub(crate) fn written_into<T: Copy + Send, R: Send>(
+    mut list: Vec<T>,
+    count: usize,
+    piece: usize,
+    threads: &Threads,
+    write: &(impl Fn(usize, &mut Piece<'_, T>) -> R + Sync),
+) -> (Vec<T>, Vec<R>) {
+    assert!(list.is_empty(), "a list that is written from its start");
     let rooms = list.spare_capacity_mut()[..count].chunks_mut(piece);
     let mut work: Vec<(Piece<'_, T>, Option<R>)> = rooms.map(|room| (Piece { room, len: 0 }, None)).collect();
     threads.for_each(&mut work, 1, &|number, (room, found)| *found = Some(write(number * piece, room)));

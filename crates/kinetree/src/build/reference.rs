@@ -2,12 +2,13 @@
 
 use glam::Vec3A;
 
-use crate::arena::{Piece, written};
+use crate::arena::{Piece, with_room, written_into};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
-/// A box, and the primitive it is the box of.
+/// A box, and the primitive it is the box of. Half a cache line, so that a processor that reads one back shortly after it was written finds it in one piece.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(16))]
 pub(crate) struct Reference {
     pub(crate) bounds: Aabb,
     pub(crate) id: u32,
@@ -23,14 +24,19 @@ impl Reference {
 /// Pieces of this size are worth a thread.
 pub(crate) const GRAIN: usize = 16 * 1024;
 
-/// References to primitives 0, 1, ... of known boxes. Empty boxes are left out.
-pub(crate) fn references(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> Vec<Reference> {
+/// References to primitives 0, 1, ... of known boxes, with room for `more`. Empty boxes are left out.
+pub(crate) fn references(
+    count: usize,
+    more: usize,
+    bounds_of: &(impl Fn(u32) -> Aabb + Sync),
+    threads: &Threads,
+) -> Vec<Reference> {
     let write = |first: usize, piece: &mut Piece<'_, Reference>| {
         for id in first as u32..(first + piece.size()) as u32 {
             piece.push(Reference { bounds: bounds_of(id), id });
         }
     };
-    let (mut all, _) = written(count, GRAIN, threads, &write);
+    let (mut all, _) = written_into(with_room(count + more), count, GRAIN, threads, &write);
     all.retain(|reference| !reference.bounds.is_empty());
     all
 }

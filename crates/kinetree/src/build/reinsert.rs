@@ -8,6 +8,7 @@
 //! Bittner, Hapala and Havran 2013, "Fast Insertion-Based Optimization of Bounding Volume Hierarchies"; in parallel after Meister and Bittner 2018, "Parallel
 //! Reinsertion for Bounding Volume Hierarchy Optimization".
 
+use super::fast_box::FastBox;
 use crate::arena::with_room;
 use crate::geometry::Aabb;
 use crate::threads::Threads;
@@ -66,6 +67,70 @@ struct Move {
     to: u32,
     /// By how much the area of all inner nodes falls.
     gain: f32,
+}
+
+/// Looks for the best place for a node.
+struct Search<'a> {
+    nodes: &'a [Node],
+    bounds: FastBox,
+    own_area: f32,
+    best: Move,
+    /// First children that may have a better place below them, and what is gained where their parent does not grow any more.
+    open: Vec<(f32, u32)>,
+}
+
+impl<'a> Search<'a> {
+    fn of(tree: &'a Loose, from: u32) -> Self {
+        let bounds = FastBox::from(tree.bounds(from));
+        let best = Move { from, to: 0, gain: 0.0 };
+        Self { nodes: &tree.nodes, own_area: bounds.half_area(), bounds, best, open: Vec::with_capacity(64) }
+    }
+
+    /// At a node and everywhere below, when `gain` is what has been gained above.
+    fn below(&mut self, at: u32, gain: f32) {
+        if !self.may_beat(gain) {
+            return;
+        }
+        let first = self.beside(at, gain);
+        self.open.extend(first);
+        while let Some((gain, first)) = self.open.pop() {
+            if self.may_beat(gain) {
+                let both = [self.beside(first, gain), self.beside(first + 1, gain)];
+                // The more promising one last, so that it comes next.
+                let [soon, later] = match both {
+                    [Some(one), Some(other)] if one.0 < other.0 => [Some(other), Some(one)],
+                    both => both,
+                };
+                for (gain, first) in later.into_iter().chain(soon) {
+                    if self.may_beat(gain) {
+                        self.open.push((gain, first));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether a place below can be better than the best, if no box has to grow for it.
+    #[inline(always)]
+    fn may_beat(&self, gain: f32) -> bool {
+        gain - self.own_area > self.best.gain
+    }
+
+    /// Tries a place, and says what is to be searched below it.
+    #[inline(always)]
+    fn beside(&mut self, at: u32, gain: f32) -> Option<(f32, u32)> {
+        let there = &self.nodes[at as usize];
+        let bounds = FastBox::from(&there.bounds);
+        let left = gain - bounds.union(&self.bounds).half_area();
+        if left > self.best.gain {
+            self.best = Move { to: at, gain: left, ..self.best };
+        }
+        match there.link.target() {
+            // Further down, this node only grows.
+            Target::Node(first) => Some((left + bounds.half_area(), first)),
+            Target::Primitives(_) => None,
+        }
+    }
 }
 
 /// What a batch has done.
@@ -159,34 +224,15 @@ impl Loose {
     }
 
     fn best_move(&self, from: u32) -> Move {
-        let bounds = *self.bounds(from);
-        let own_area = bounds.half_area();
+        let mut search = Search::of(self, from);
         let parent = self.parent(from);
-        let mut best = Move { from, to: 0, gain: 0.0 };
         // With the node gone its parent is not needed, and all further up shrink: `saved` is that area up to the pivot.
         let mut saved = self.bounds(parent).half_area();
         let mut sibling = self.sibling(from);
         let mut shrunk = *self.bounds(sibling);
         let mut pivot = parent;
-        let mut open = Vec::with_capacity(64);
         loop {
-            open.push((saved, sibling));
-            while let Some((gain, at)) = open.pop() {
-                if gain - own_area <= best.gain {
-                    continue;
-                }
-                let there = &self.nodes[at as usize];
-                let left = gain - there.bounds.union(&bounds).half_area();
-                if left > best.gain {
-                    best = Move { from, to: at, gain: left };
-                }
-                if let Target::Node(first) = there.link.target() {
-                    // Further down, this node only grows.
-                    let below = left + there.bounds.half_area();
-                    open.push((below, first));
-                    open.push((below, first + 1));
-                }
-            }
+            search.below(sibling, saved);
             if pivot == 0 {
                 break;
             }
@@ -197,6 +243,7 @@ impl Loose {
             sibling = self.sibling(pivot);
             pivot = self.parent(pivot);
         }
+        let best = search.best;
         if best.to == self.sibling(from) { Move { from, to: 0, gain: 0.0 } } else { best }
     }
 

@@ -37,6 +37,11 @@ pub(super) struct Budget {
 }
 
 impl Budget {
+    /// How many further references there are where little is wasted.
+    pub(super) fn usual(triangles: usize) -> usize {
+        (triangles as f64 * (USUAL - 1.0)) as usize
+    }
+
     pub(super) fn of(references: &[Reference], triangles: &Triangles, threads: &Threads) -> Self {
         let areas = |piece: &[Reference]| {
             piece.iter().fold([0.0; 2], |[boxes, surfaces], one| {

@@ -29,7 +29,8 @@ use parts::Parts;
 pub fn spatial(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let threads = &options.threads;
     let parts = Parts::of(triangles);
-    let whole = references(triangles.len(), &|triangle| triangles.bounds_of(triangle), threads);
+    let usual = Budget::usual(triangles.len());
+    let whole = references(triangles.len(), usual, &|triangle| triangles.bounds_of(triangle), threads);
     let distinct = whole.len();
     let budget = Budget::of(&whole, triangles, threads);
     let (references, room) = budget.spend_on_the_worst(whole, &parts, triangles, threads);

@@ -3,6 +3,8 @@
 //! Space is divided into equal slabs along each axis. Each reference is cut at the planes between them, all at once: corners extend the box of the slab
 //! that they lie in, and where an edge crosses a plane it extends the boxes on both sides. Then it is known for every plane how large both sides would be.
 
+use std::ops::Range;
+
 use glam::Vec3A;
 
 use super::cost::tests;
@@ -35,7 +37,7 @@ pub(super) fn best_plane(references: &[Reference], bounds: &Aabb, room: usize, p
     references.iter().step_by(every).for_each(|reference| bins.add(&slabs, reference, parts));
     let looked_at = references.len().div_ceil(every);
     let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
-        let (cost, bin) = bins.best_plane(axis, looked_at + room / every)?;
+        let (cost, bin) = bins.axes[axis].best_plane(looked_at + room / every)?;
         Some(Plane { cost: cost * every as f32, is_guess: every > 1, axis, position: slabs.plane(axis, bin) })
     });
     best.min_by(|a, b| a.cost.total_cmp(&b.cost))
@@ -68,18 +70,25 @@ impl Slabs {
     }
 }
 
-#[derive(Clone)]
 struct Bins {
-    bounds: [[FastBox; BINS]; 3],
+    axes: [Axis; 3],
+    /// Of the triangle that is being cut at several planes.
+    pieces: [FastBox; BINS],
+}
+
+/// The slabs along an axis.
+struct Axis {
+    bounds: [FastBox; BINS],
     /// How many references have their first piece here.
-    first: [[u32; BINS]; 3],
+    first: [u32; BINS],
     /// How many have their last piece here.
-    last: [[u32; BINS]; 3],
+    last: [u32; BINS],
 }
 
 impl Default for Bins {
     fn default() -> Self {
-        Self { bounds: [[FastBox::EMPTY; BINS]; 3], first: [[0; BINS]; 3], last: [[0; BINS]; 3] }
+        let axis = || Axis { bounds: [FastBox::EMPTY; BINS], first: [0; BINS], last: [0; BINS] };
+        Self { axes: [axis(), axis(), axis()], pieces: [FastBox::EMPTY; BINS] }
     }
 }
 
@@ -87,66 +96,69 @@ impl Bins {
     #[inline(always)]
     fn add(&mut self, slabs: &Slabs, reference: &Reference, parts: &Parts<'_>) {
         let bounds = FastBox::of(reference);
+        let triangle = parts.triangles().get(reference.id);
         for axis in 0..3 {
             let first = slabs.bin(axis, reference.bounds.min[axis]);
             let last = slabs.bin(axis, reference.bounds.max[axis]);
+            let bins = &mut self.axes[axis];
             if first == last {
-                self.bounds[axis][first] = self.bounds[axis][first].union(&bounds);
-                self.first[axis][first] += 1;
-                self.last[axis][first] += 1;
+                bins.add_whole(first, &bounds);
             } else if last == first + 1
-                && let Some(halves) = halves(slabs.plane(axis, last), axis, &parts.triangles().get(reference.id))
+                && let Some(halves) = halves(slabs.plane(axis, last), axis, &triangle)
             {
-                self.add_clipped(axis, first, &halves, &bounds);
+                bins.add_clipped(first, &halves, &bounds);
             } else {
-                self.add_pieces(slabs, axis, first, last, &bounds, reference, parts);
+                let pieces = &mut self.pieces;
+                pieces[first..=last].fill(FastBox::EMPTY);
+                cut_up(&triangle, axis, slabs, first..last, pieces);
+                bins.add_clipped(first, &pieces[first..=last], &bounds);
             }
         }
     }
+}
 
-    fn add_pieces(
-        &mut self,
-        slabs: &Slabs,
-        axis: usize,
-        first: usize,
-        last: usize,
-        bounds: &FastBox,
-        reference: &Reference,
-        parts: &Parts<'_>,
-    ) {
-        let corners = parts.triangles().get(reference.id).corners;
-        let mut pieces = [FastBox::EMPTY; BINS];
-        for i in 0..3 {
-            let (mut from, mut to) = (corners[i], corners[(i + 1) % 3]);
-            if from[axis] > to[axis] {
-                std::mem::swap(&mut from, &mut to);
-            }
-            let (begin, end) = (slabs.bin(axis, from[axis]), slabs.bin(axis, to[axis]));
-            let (height, length) = (from[axis], to[axis] - from[axis]);
-            let (from, to) = (Vec3A::from(from), Vec3A::from(to));
-            pieces[begin].extend(from);
-            pieces[end].extend(to);
-            if begin < end {
-                let step = (to - from) / length;
-                for bin in begin.max(first)..end.min(last) {
-                    let crossing = from + step * (slabs.plane(axis, bin + 1) - height);
-                    pieces[bin].extend(crossing);
-                    pieces[bin + 1].extend(crossing);
-                }
+/// Extends the boxes of all slabs from the first to the last of `planes` by what a triangle has there; each plane is the upper one of a slab. Other boxes may
+/// be extended too.
+fn cut_up(triangle: &Triangle, axis: usize, slabs: &Slabs, planes: Range<usize>, pieces: &mut [FastBox; BINS]) {
+    let corners = triangle.corners;
+    for i in 0..3 {
+        let (mut from, mut to) = (corners[i], corners[(i + 1) % 3]);
+        if from[axis] > to[axis] {
+            std::mem::swap(&mut from, &mut to);
+        }
+        let (begin, end) = (slabs.bin(axis, from[axis]), slabs.bin(axis, to[axis]));
+        let (height, length) = (from[axis], to[axis] - from[axis]);
+        let (from, to) = (Vec3A::from(from), Vec3A::from(to));
+        pieces[begin].extend(from);
+        pieces[end].extend(to);
+        if begin < end {
+            let step = (to - from) / length;
+            for bin in begin.max(planes.start)..end.min(planes.end) {
+                let crossing = from + step * (slabs.plane(axis, bin + 1) - height);
+                pieces[bin].extend(crossing);
+                pieces[bin + 1].extend(crossing);
             }
         }
-        self.add_clipped(axis, first, &pieces[first..=last], bounds);
+    }
+}
+
+impl Axis {
+    #[inline(always)]
+    fn add_whole(&mut self, bin: usize, bounds: &FastBox) {
+        self.bounds[bin] = self.bounds[bin].union(bounds);
+        self.first[bin] += 1;
+        self.last[bin] += 1;
     }
 
     /// Pieces of one reference, in slabs from `first` on; its box cuts them.
     #[inline(always)]
-    fn add_clipped(&mut self, axis: usize, first: usize, pieces: &[FastBox], bounds: &FastBox) {
+    fn add_clipped(&mut self, first: usize, pieces: &[FastBox], bounds: &FastBox) {
         let last = first + pieces.len() - 1;
         let (mut from, mut to) = (usize::MAX, 0);
         for (bin, piece) in (first..).zip(pieces) {
             let piece = piece.intersection(bounds);
             if !piece.is_empty() {
-                self.bounds[axis][bin] = self.bounds[axis][bin].union(&piece);
+                self.bounds[bin] = self.bounds[bin].union(&piece);
                 from = from.min(bin);
                 to = bin;
             }
@@ -154,27 +166,27 @@ impl Bins {
         // Rounding may leave nothing of a splinter: then it counts as a whole.
         if from == usize::MAX {
             (from, to) = (first, last);
-            self.bounds[axis][first] = self.bounds[axis][first].union(bounds);
-            self.bounds[axis][last] = self.bounds[axis][last].union(bounds);
+            self.bounds[first] = self.bounds[first].union(bounds);
+            self.bounds[last] = self.bounds[last].union(bounds);
         }
-        self.first[axis][from] += 1;
-        self.last[axis][to] += 1;
+        self.first[from] += 1;
+        self.last[to] += 1;
     }
 
-    /// What the cheapest plane of an axis costs, and the slab above it.
-    fn best_plane(&self, axis: usize, most: usize) -> Option<(f32, usize)> {
+    /// What the cheapest plane costs, and the slab above it.
+    fn best_plane(&self, most: usize) -> Option<(f32, usize)> {
         let mut above = [(0.0, 0); BINS];
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
         for bin in (1..BINS).rev() {
-            bounds = bounds.union(&self.bounds[axis][bin]);
-            count += self.last[axis][bin];
+            bounds = bounds.union(&self.bounds[bin]);
+            count += self.last[bin];
             above[bin] = (bounds.half_area() * tests(count), count);
         }
         let mut best: Option<(f32, usize)> = None;
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
         for bin in 1..BINS {
-            bounds = bounds.union(&self.bounds[axis][bin - 1]);
-            count += self.first[axis][bin - 1];
+            bounds = bounds.union(&self.bounds[bin - 1]);
+            count += self.first[bin - 1];
             let cost = bounds.half_area() * tests(count) + above[bin].0;
             let divides = count > 0 && above[bin].1 > 0 && (count + above[bin].1) as usize <= most;
             if divides && cost.is_finite() && best.is_none_or(|best| cost < best.0) {
