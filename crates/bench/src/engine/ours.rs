@@ -22,10 +22,16 @@ pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
 pub(crate) const LOOSE: &str = " precision-fast";
 
 /// Another setting is another line.
-const SETTINGS: [Kinetree; 5] = [
+const SETTINGS: [Kinetree; 6] = [
     Kinetree { name: "kinetree fastest", class: Class::Fastest, quality: Quality::Fastest, robust: true },
     Kinetree { name: "kinetree fast", class: Class::Fast, quality: Quality::Fast, robust: true },
     Kinetree { name: "kinetree best", class: Class::Best, quality: Quality::Best, robust: true },
+    Kinetree {
+        name: "kinetree fastest precision-fast",
+        class: Class::Fastest,
+        quality: Quality::Fastest,
+        robust: false,
+    },
     Kinetree { name: "kinetree fast precision-fast", class: Class::Fast, quality: Quality::Fast, robust: false },
     Kinetree { name: "kinetree best precision-fast", class: Class::Best, quality: Quality::Best, robust: false },
 ];

@@ -33,7 +33,7 @@ pub(crate) fn grow_with_room(
     let bounds = bounds_of(&references, &options.threads);
     options.threads.stage(SHARE, count);
     references.reserve_exact(room);
-    references.resize(count + room, Reference { bounds: Aabb::EMPTY, id: 0 });
+    references.resize(count + room, Reference::new(Aabb::EMPTY, 0));
     let growth = Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads };
     let tree = growth.grow(Plot { references: &mut references, count, bounds, depth: 1 });
     if options.threads.is_cancelled() {
@@ -209,7 +209,7 @@ impl Grown {
             Self::Small(small) => {
                 // The root has gone elsewhere.
                 let (nodes, primitives) = (whole.nodes.len() as u32 - 1, whole.primitives.len() as u32);
-                let moved = |node: &Node| Node {
+                let mut moved = small.nodes.iter().map(|node| Node {
                     link: match node.link.target() {
                         Target::Node(first) => Link::node(first + nodes),
                         Target::Primitives(places) => {
@@ -217,9 +217,11 @@ impl Grown {
                         }
                     },
                     ..*node
-                };
-                whole.nodes[at] = moved(&small.nodes[0]);
-                whole.nodes.extend(small.nodes[1..].iter().map(moved));
+                });
+                if let Some(root) = moved.next() {
+                    whole.nodes[at] = root;
+                }
+                whole.nodes.extend(moved);
                 whole.primitives.extend_from_slice(&small.primitives);
             }
         }

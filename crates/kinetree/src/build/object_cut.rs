@@ -10,6 +10,7 @@ use glam::Vec3A;
 use super::cut::{Cut, Side};
 use super::fast_box::FastBox;
 use super::reference::{GRAIN, Reference};
+use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 
 /// Sets up to this size are swept.
@@ -182,26 +183,45 @@ struct Cheapest {
     bin: usize,
 }
 
+/// A box that is extended in one step: its lower end with the other sign, then its upper end, then two numbers that mean nothing.
+type Outward = [f32; 8];
+
+const NOTHING: Outward = [f32::NEG_INFINITY; 8];
+
+/// The signs that are changed.
+const LOWER_END: [u32; 8] = [1 << 31, 1 << 31, 1 << 31, 0, 0, 0, 0, 0];
+
+#[inline(always)]
+fn inward(lanes: &Outward) -> FastBox {
+    let [a, b, c, d, e, f, ..] = *lanes;
+    FastBox { min: -Vec3A::new(a, b, c), max: Vec3A::new(d, e, f) }
+}
+
 #[derive(Clone, Copy)]
 struct Bins {
-    boxes: [[FastBox; MOST_BINS]; 3],
+    boxes: [[Outward; MOST_BINS]; 3],
     counts: [[u32; MOST_BINS]; 3],
 }
 
 impl Bins {
+    const EMPTY: Self = Self { boxes: [[NOTHING; MOST_BINS]; 3], counts: [[0; MOST_BINS]; 3] };
+
     #[inline(always)]
     fn clear(&mut self, count: usize) {
         for axis in 0..3 {
-            self.boxes[axis][..count].fill(FastBox::EMPTY);
+            self.boxes[axis][..count].fill(NOTHING);
             self.counts[axis][..count].fill(0);
         }
     }
 
     #[inline(always)]
-    fn add(&mut self, bins: [usize; 3], bounds: FastBox) {
+    fn add<I: Isa>(&mut self, isa: I, binning: &Binning, one: &Reference) {
+        let bins = binning.bins(one);
+        let outward = isa.flip8(isa.load8(one.lanes()), &LOWER_END);
         for axis in 0..3 {
             let bin = bins[axis] & (MOST_BINS - 1);
-            self.boxes[axis][bin] = self.boxes[axis][bin].union(&bounds);
+            let place = &mut self.boxes[axis][bin];
+            *place = isa.store8(isa.max8(outward, isa.load8(place)));
             self.counts[axis][bin] += 1;
         }
     }
@@ -218,13 +238,13 @@ impl Bins {
             let mut above = [(FastBox::EMPTY, 0.0); MOST_BINS];
             let (mut side, mut number) = (FastBox::EMPTY, 0);
             for bin in (1..count).rev() {
-                side = side.union(&boxes[bin]);
+                side = side.union(&inward(&boxes[bin]));
                 number += counts[bin];
                 above[bin] = (side, side.half_area() * tests(number));
             }
             let (mut side, mut number) = (FastBox::EMPTY, 0);
             for bin in 1..count {
-                side = side.union(&boxes[bin - 1]);
+                side = side.union(&inward(&boxes[bin - 1]));
                 number += counts[bin - 1];
                 let (other, cost_above) = &above[bin];
                 let cost = side.half_area() * tests(number) + cost_above;
@@ -240,7 +260,9 @@ impl Bins {
     fn merge(&mut self, other: &Self, count: usize) {
         for axis in 0..3 {
             for bin in 0..count {
-                self.boxes[axis][bin] = self.boxes[axis][bin].union(&other.boxes[axis][bin]);
+                for (lane, other) in self.boxes[axis][bin].iter_mut().zip(&other.boxes[axis][bin]) {
+                    *lane = if *other > *lane { *other } else { *lane };
+                }
                 self.counts[axis][bin] += other.counts[axis][bin];
             }
         }
@@ -250,10 +272,9 @@ impl Bins {
 /// The cheapest place between bins, if one divides the references.
 fn best_plane(references: &[Reference], tests: &impl Fn(u32) -> f32, threads: &Threads) -> Option<ObjectCut> {
     let binning = Binning::over(references, threads);
-    let empty = Bins { boxes: [[FastBox::EMPTY; MOST_BINS]; 3], counts: [[0; MOST_BINS]; 3] };
     let best = if references.len() > GRAIN {
         let fill = |piece: &[Reference]| {
-            let mut bins = Box::new([empty; 2]);
+            let mut bins = Box::new([Bins::EMPTY; 2]);
             fill(piece, &binning, &mut bins);
             bins
         };
@@ -275,20 +296,36 @@ fn best_plane(references: &[Reference], tests: &impl Fn(u32) -> f32, threads: &T
 thread_local! {
     /// Bins of small sets, which are filled too often to be made anew. Only as many as are in use are cleared.
     static SCRATCH: std::cell::RefCell<Box<[Bins; 2]>> =
-        std::cell::RefCell::new(Box::new([Bins { boxes: [[FastBox::EMPTY; MOST_BINS]; 3], counts: [[0; MOST_BINS]; 3] }; 2]));
+        std::cell::RefCell::new(Box::new([Bins::EMPTY; 2]));
 }
 
 /// Fills the first of two sets of bins. Both are used in turn, so that neighbours that fall into the same bin need not wait for each other.
 fn fill(references: &[Reference], binning: &Binning, bins: &mut [Bins; 2]) {
-    bins.iter_mut().for_each(|bins| bins.clear(binning.count));
-    let [even, odd] = bins;
-    let (pairs, rest) = references.as_chunks::<2>();
-    for [one, other] in pairs {
-        even.add(binning.bins(one), FastBox::of(one));
-        odd.add(binning.bins(other), FastBox::of(other));
+    Level::current().run(Fill { references, binning, bins });
+}
+
+struct Fill<'a> {
+    references: &'a [Reference],
+    binning: &'a Binning,
+    bins: &'a mut [Bins; 2],
+}
+
+impl Kernel for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { references, binning, bins } = self;
+        bins.iter_mut().for_each(|bins| bins.clear(binning.count));
+        let [even, odd] = bins;
+        let (pairs, rest) = references.as_chunks::<2>();
+        for [one, other] in pairs {
+            even.add(isa, binning, one);
+            odd.add(isa, binning, other);
+        }
+        rest.iter().for_each(|one| even.add(isa, binning, one));
+        even.merge(odd, binning.count);
     }
-    rest.iter().for_each(|one| even.add(binning.bins(one), FastBox::of(one)));
-    even.merge(odd, binning.count);
 }
 
 /// Brings what belongs to the left to the front, and says how many that are. Swaps always, so that there is no branch to guess wrongly.

@@ -7,14 +7,28 @@ use crate::geometry::Aabb;
 use crate::threads::Threads;
 
 /// A box, and the primitive it is the box of. Half a cache line, so that a processor that reads one back shortly after it was written finds it in one piece.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(16))]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(16))]
 pub(crate) struct Reference {
     pub(crate) bounds: Aabb,
     pub(crate) id: u32,
+    rest: u32,
 }
 
+const _: () = assert!(size_of::<Reference>() == 32);
+
 impl Reference {
+    #[inline(always)]
+    pub(crate) fn new(bounds: Aabb, id: u32) -> Self {
+        Self { bounds, id, rest: 0 }
+    }
+
+    /// The two ends of the box, and two numbers that mean nothing.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> &[f32; 8] {
+        bytemuck::cast_ref(self)
+    }
+
     #[inline]
     pub(crate) fn center(&self, axis: usize) -> f32 {
         self.bounds.min[axis] * 0.5 + self.bounds.max[axis] * 0.5
@@ -33,7 +47,7 @@ pub(crate) fn references(
 ) -> Vec<Reference> {
     let write = |first: usize, piece: &mut Piece<'_, Reference>| {
         for id in first as u32..(first + piece.size()) as u32 {
-            piece.push(Reference { bounds: bounds_of(id), id });
+            piece.push(Reference::new(bounds_of(id), id));
         }
     };
     let (mut all, _) = written_into(with_room(count + more), count, GRAIN, threads, &write);

@@ -46,6 +46,8 @@ pub(crate) trait Isa: Copy {
     fn mul_add8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
     fn max8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn min8(self, a: Self::F8, b: Self::F8) -> Self::F8;
+    /// With other signs, in the lanes whose words have their first bit.
+    fn flip8(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8;
     fn le8(self, a: Self::F8, b: Self::F8) -> u8;
     fn add8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn sub8(self, a: Self::F8, b: Self::F8) -> Self::F8;
@@ -260,6 +262,8 @@ mod tests {
             for v in [isa.min_bits8(past, after_all), isa.min_bits8(after_all, past), isa.max_bits8(past, zero)] {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
+            let flipped = isa.flip8(past, &[1 << 31, 0, 1 << 31, 0, 1 << 31, 0, 1 << 31, 1 << 31]);
+            out.extend(isa.store8(flipped).map(f32::to_bits));
             let from = out.len();
             out.extend([isa.before8(zero, past), isa.before8(isa.splat8(f32::INFINITY), past)]);
             assert_eq!(out[from..], [0b1011_0010, 0b0010_0000]);

@@ -155,6 +155,16 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
+    fn flip8(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8 {
+        let flip = |x: float32x4_t, signs: &[u32]| {
+            // SAFETY: `self` proves NEON; four words are read from a half of eight.
+            unsafe { vreinterpretq_f32_u32(veorq_u32(vreinterpretq_u32_f32(x), vld1q_u32(signs.as_ptr()))) }
+        };
+        let (low, high) = signs.split_at(4);
+        [flip(x[0], low), flip(x[1], high)]
+    }
+
+    #[inline(always)]
     fn splat4(self, x: f32) -> float32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vdupq_n_f32(x) }

@@ -65,6 +65,11 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn flip8(self, x: [f32; 8], signs: &[u32; 8]) -> [f32; 8] {
+        zip(x, signs.map(f32::from_bits), |x, sign| f32::from_bits(x.to_bits() ^ sign.to_bits()))
+    }
+
+    #[inline(always)]
     fn max8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
         zip(a, b, |a, b| if a > b { a } else { b })
     }

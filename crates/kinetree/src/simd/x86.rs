@@ -62,6 +62,13 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
+        fn flip8(self, x: __m256, signs: &[u32; 8]) -> __m256 {
+            let signs: &[f32; 8] = bytemuck::cast_ref(signs);
+            // SAFETY: `self` proves AVX2; and there are eight lanes to read.
+            unsafe { _mm256_xor_ps(x, _mm256_loadu_ps(signs.as_ptr())) }
+        }
+
+        #[inline(always)]
         fn max8(self, a: __m256, b: __m256) -> __m256 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm256_max_ps(a, b) }

@@ -51,13 +51,13 @@ pub(super) fn divide(
     // Where the straddlers stood there is place for the left pieces, then for right ones; further right ones go behind all.
     let pieces = |side: usize| {
         let stands = move |one: &Straddler| !one.sides[side].is_empty();
-        straddlers.iter().filter(move |one| stands(one)).map(move |one| Reference { bounds: one.sides[side], ..one.whole })
+        straddlers.iter().filter(move |one| stands(one)).map(move |one| Reference::new(one.sides[side], one.whole.id))
     };
     let places = crossed.chain(count..count + room);
     for (place, piece) in places.zip(pieces(0).chain(pieces(1))) {
         references[place] = piece;
     }
-    Some(sides.map(|side| Side { count: side.count as usize, bounds: side.bounds.into() }))
+    Some(sides.map(|side| Side { count: side.count, bounds: side.bounds.into() }))
 }
 
 /// What stands on a side of a plane.
@@ -148,17 +148,15 @@ impl Sorted {
 fn partition(references: &mut [Reference], is_first: impl Fn(&Reference) -> bool) -> (usize, FastBox, FastBox) {
     let (mut first, mut around, mut around_others) = (0, FastBox::EMPTY, FastBox::EMPTY);
     for i in 0..references.len() {
-        let one = references[i];
-        let is = is_first(&one);
-        let (bounds, mask) = (FastBox::of(&one), BVec3A::splat(is));
+        let is = is_first(&references[i]);
+        let (bounds, mask) = (FastBox::of(&references[i]), BVec3A::splat(is));
         let masked = |mask: BVec3A| FastBox {
             min: Vec3A::select(mask, bounds.min, Vec3A::INFINITY),
             max: Vec3A::select(mask, bounds.max, Vec3A::NEG_INFINITY),
         };
         around = around.union(&masked(mask));
         around_others = around_others.union(&masked(!mask));
-        references[i] = references[first];
-        references[first] = one;
+        references.swap(i, first);
         first += usize::from(is);
     }
     (first, around, around_others)
