@@ -9,7 +9,8 @@
 //! Reinsertion for Bounding Volume Hierarchy Optimization".
 
 use super::fast_box::FastBox;
-use crate::arena::with_room;
+use super::reference::GRAIN;
+use crate::arena::{with_room, written};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
@@ -184,7 +185,7 @@ impl Loose {
     /// The largest nodes, and where each would best go.
     fn search(&self, count: usize, threads: &Threads) -> Vec<Move> {
         let mut moves: Vec<Move> =
-            self.largest(count).into_iter().map(|from| Move { from, to: 0, gain: 0.0 }).collect();
+            self.largest(count, threads).into_iter().map(|from| Move { from, to: 0, gain: 0.0 }).collect();
         threads.for_each(&mut moves, SEARCHES, &|number, one| {
             if number % SEARCHES == 0 {
                 threads.tick(SEARCHES);
@@ -199,21 +200,24 @@ impl Loose {
     }
 
     /// The largest nodes but the root; of those as large as the last one, but for the last bits of its area, those with smaller numbers.
-    fn largest(&self, count: usize) -> Vec<u32> {
-        // Areas are not negative, so their bits are in order.
-        let class = |node: &Node| (node.bounds.half_area().abs().to_bits() >> CLASS_SHIFT) as usize;
+    fn largest(&self, count: usize, threads: &Threads) -> Vec<u32> {
         let below_root = &self.nodes[1..];
+        // Areas are not negative, so their bits are in order.
+        let class = |node: &Node| (node.bounds.half_area().abs().to_bits() >> CLASS_SHIFT) as u16;
+        let (classes, _) = written(below_root.len(), GRAIN, threads, &|first, piece| {
+            below_root[first..first + piece.size()].iter().for_each(|node| piece.push(class(node)));
+        });
         let count = count.clamp(1, below_root.len());
         let mut sizes = vec![0_u32; 1 << (32 - CLASS_SHIFT)];
-        below_root.iter().for_each(|node| sizes[class(node)] += 1);
+        classes.iter().for_each(|&class| sizes[usize::from(class)] += 1);
         let (mut last, mut left) = (sizes.len() - 1, count);
         while sizes[last] as usize <= left && last > 0 {
             left -= sizes[last] as usize;
             last -= 1;
         }
         let mut largest = Vec::with_capacity(count);
-        for (number, node) in (1..).zip(below_root) {
-            let class = class(node);
+        for (number, class) in (1..).zip(classes) {
+            let class = usize::from(class);
             let fits = class == last && left > 0;
             left -= usize::from(fits);
             if class > last || fits {
