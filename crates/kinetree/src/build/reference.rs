@@ -6,7 +6,8 @@ use crate::arena::{Piece, with_room, written_into};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
-/// A box, and the primitive it is the box of. Half a cache line, so that a processor that reads one back shortly after it was written finds it in one piece.
+/// A box, and the primitive it is the box of. Two whole vectors of four numbers: copies of less would be made of two that overlap, and whoever reads one back at once
+/// would wait for it (page 13 of the decisions).
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Reference {
