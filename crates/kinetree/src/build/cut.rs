@@ -1,7 +1,6 @@
 //! How a set of references is divided.
 
-use super::fast_box::FastBox;
-use super::reference::Reference;
+use super::reference::{Reference, bounds_of};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
@@ -25,8 +24,7 @@ pub(crate) struct Side {
 
 impl Side {
     pub(crate) fn of(references: &[Reference]) -> Self {
-        let around = references.iter().fold(FastBox::EMPTY, |all, one| all.union(&FastBox::of(one)));
-        Self { count: references.len(), bounds: around.into() }
+        Self { count: references.len(), bounds: bounds_of(references, &Threads::one()) }
     }
 }
 
