@@ -33,9 +33,10 @@ Examples:
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Options of every command")]
 pub(crate) struct Common {
-    /// Use no more than so many threads [default: one for each processor]
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
+    /// Use no more than so many threads; never more than there are cores [default: one for each
+    /// core]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) threads: Option<u32>,
     /// Print all figures as one JSON object
     #[arg(long, global = true)]
     pub(crate) json: bool,
@@ -67,7 +68,8 @@ Examples:
   kinetree render town.glb --trees town.trees --out town.png
 
 A file name may hold one %04d (or %d, %02d, ...), which becomes the number of the frame. Directories are made. Files
-appear whole or not at all. The same seed gives the same picture for any number of threads.";
+appear whole or not at all; a symbolic link is followed. A pipe or a device, such as /dev/stdout, is written to, and
+what there is to say goes to standard error then. The files that are read are never written over. The same seed gives the same picture for any number of threads.";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -86,7 +88,7 @@ Examples:
 
 Trees from a file need not be built at every start, and rays take less time through them. Each is bound to its mesh:
 when the scene changes, bake again. Meshes that bend or come and go have no tree in the file. The file appears whole or
-not at all.";
+not at all; a pipe or a device, such as /dev/stdout, is written to.";
 
 /// Pictures to make.
 #[derive(Debug, Clone, clap::Args)]

@@ -13,9 +13,10 @@ use kinetree::{Mesh, Motion, WideMesh};
 use serde::Serialize;
 
 use crate::args::{BakeArgs, Common};
+use crate::destination::{Destination, Inputs};
 use crate::failure::Failure;
 use crate::figures::{self, bytes, count, millis};
-use crate::output::{prepare, remark, report, write_whole};
+use crate::output::{remark, report};
 use crate::progress::Progress;
 use crate::scene::{self, Loaded};
 use crate::tree_file::{is_baked, pack};
@@ -24,18 +25,20 @@ use crate::trees::name_of;
 /// Builds the trees and writes them.
 pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| format!("{}.trees", scene::stem(args.scene.as_deref())).into());
+    Inputs::of(args.scene.as_deref()).spare(&out)?;
+    let destination = Destination::find(&out)?;
+    let is_output_taken = destination.is_standard_output();
     let loaded = scene::load(args.scene.as_deref())?;
     if !common.quiet {
         loaded.notes.iter().for_each(|note| remark(&format!("{}: {note}", loaded.name)));
     }
-    prepare(&out)?;
     let start = Instant::now();
     let progress = Progress::new(1, common.quiet);
     let baked = bake_all(&loaded, &progress);
     progress.finish();
     let (trees, figures) = baked?;
     let file = pack(&trees);
-    write_whole(&out, &file)?;
+    destination.write(&file)?;
     let summary = Summary {
         scene: loaded.name,
         file: out.display().to_string(),
@@ -48,7 +51,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
         bake_ms: millis(start.elapsed()),
         trees: figures,
     };
-    report(&summary, || summary.to_string(), common)
+    report(&summary, || summary.to_string(), common, is_output_taken)
 }
 
 /// A tree for each mesh that never bends; one for all that are alike.

@@ -1,14 +1,18 @@
 //! `kinetree`, the command line: pictures of moving scenes, and what their trees look like.
 //!
 //! `args` is what one can say, `scene` opens what is spoken of, `render`, `inspect` and `bake` do the work. For them, `camera` finds
-//! who looks, `names` and `output` put files in their places, `tree_file` keeps trees for later, `progress` keeps people patient, and `summary`, `trees` and
-//! `figures` tell what came of it. `failure` is how all of it ends when it ends badly.
+//! who looks, `names`, `destination`, `draft` and `file_id` put files in their places, `output`
+//! speaks, `tree_file` keeps trees for later, `progress` keeps people patient, and `summary`,
+//! `trees` and `figures` tell what came of it. `failure` is how all of it ends when it ends badly.
 
 mod args;
 mod bake;
 mod camera;
+mod destination;
+mod draft;
 mod failure;
 mod figures;
+mod file_id;
 mod inspect;
 mod memory;
 mod names;
@@ -39,10 +43,21 @@ fn main() -> ExitCode {
     }
 }
 
+/// Makes the pool of the process: more threads than cores would only take turns.
+fn use_threads(asked_for: u32, quiet: bool) -> Result<(), Failure> {
+    let asked_for = usize::try_from(asked_for).unwrap_or(usize::MAX);
+    let cores = std::thread::available_parallelism().map_or(1, Into::into);
+    let count = asked_for.min(cores);
+    if count < asked_for && !quiet {
+        output::remark(&format!("note: {asked_for} threads were asked for; {count} are used, one for each core"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
+    pool.build_global().map_err(|error| Failure::work(format!("{count} threads cannot be had: {error}")))
+}
+
 fn run(args: &Args) -> Result<(), Failure> {
     if let Some(count) = args.common.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into());
-        pool.build_global().map_err(|error| Failure::work(format!("{count} threads cannot be had: {error}")))?;
+        use_threads(count, args.common.quiet)?;
     }
     match &args.command {
         Some(Command::Render(render)) => render::run(render, &args.common),

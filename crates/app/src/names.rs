@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::destination::is_stream;
 use crate::failure::Failure;
 
 /// A file name, perhaps with a place for the number of the frame.
@@ -63,7 +64,11 @@ impl FileNames {
     }
 }
 
+/// A file says by its name what it holds; a pipe or a device takes what it gets.
 fn check_extension(out: &Path) -> Result<(), Failure> {
+    if is_stream(out) {
+        return Ok(());
+    }
     let extension = out.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let problem = match extension.as_deref() {
         Some("png") => return Ok(()),

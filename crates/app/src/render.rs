@@ -8,10 +8,11 @@ use kinetree_render::{Camera, Frame, Rendered, Settings, automatic_exposure, dev
 
 use crate::args::{Common, RenderArgs};
 use crate::camera::Viewer;
+use crate::destination::{Destination, Inputs};
 use crate::failure::Failure;
 use crate::figures::millis;
 use crate::names::FileNames;
-use crate::output::{png, prepare, remark, report, write_whole};
+use crate::output::{png, remark, report};
 use crate::progress::Progress;
 use crate::scene::{self, Opened};
 use crate::summary::{self, CameraFigures, FrameFigures, MemoryFigures, SceneFigures, Summary, Total};
@@ -21,19 +22,23 @@ use crate::trees::CommitFigures;
 pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let numbers = args.frames.clone().unwrap_or(0..1);
     let names = FileNames::new(args.out.as_deref(), &scene::stem(args.scene.as_deref()), numbers.len() > 1)?;
+    let inputs = Inputs::of(args.scene.as_deref().into_iter().chain(args.trees.as_deref()));
+    numbers.clone().try_for_each(|number| inputs.spare(&names.of(number)))?;
+    let first = Destination::find(&names.of(numbers.start))?;
+    let is_output_taken = first.is_standard_output();
     let opened = scene::open(args.scene.as_deref(), args.trees.as_deref())?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }
     let viewer = Viewer::choose(args.camera.as_ref(), &opened.world.cameras, &opened.name)?;
-    prepare(&names.of(numbers.start))?;
 
     let progress = Progress::new(numbers.len() as u64, common.quiet);
-    let mut work = Work { args, opened, viewer, names, exposure: args.exposure.map(f32::exp2), progress: &progress };
-    let summary = work.all(numbers);
+    let exposure = args.exposure.map(f32::exp2);
+    let mut work = Work { args, opened, viewer, names, exposure, progress: &progress };
+    let summary = work.all(numbers, first);
     progress.finish();
     let summary = summary?;
-    report(&summary, || summary.to_string(), common)
+    report(&summary, || summary.to_string(), common, is_output_taken)
 }
 
 /// All that the frames of a rendering share.
@@ -48,13 +53,18 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn all(&mut self, numbers: Range<u32>) -> Result<Summary, Failure> {
+    fn all(&mut self, numbers: Range<u32>, first: Destination) -> Result<Summary, Failure> {
         let mut frames = Vec::new();
         let mut last = None;
+        let mut first = Some(first);
         for number in numbers {
+            let destination = match first.take() {
+                Some(first) => first,
+                None => Destination::find(&self.names.of(number))?,
+            };
             // The frame before is let go of, so that its buffers serve the next.
             drop(last.take());
-            let (frame, figures) = self.one(number)?;
+            let (frame, figures) = self.one(number, destination)?;
             frames.push(figures);
             last = Some(frame);
         }
@@ -78,7 +88,7 @@ impl Work<'_> {
         })
     }
 
-    fn one(&mut self, number: u32) -> Result<(Frame, FrameFigures), Failure> {
+    fn one(&mut self, number: u32, destination: Destination) -> Result<(Frame, FrameFigures), Failure> {
         let start = Instant::now();
         let time = if self.args.frames.is_some() { f64::from(number) / self.args.fps } else { self.args.time };
         let frame = self.opened.frame(time)?;
@@ -89,7 +99,7 @@ impl Work<'_> {
         let rendered = self.trace(&frame, &camera)?;
         let traced = Instant::now();
         let file = self.names.of(number);
-        let exposure = self.picture(&rendered, &file)?;
+        let exposure = self.picture(&rendered, &file, destination)?;
 
         let kernel_ms = millis(rendered.trace_time);
         let frame_ms = millis(start.elapsed());
@@ -133,7 +143,7 @@ impl Work<'_> {
     }
 
     /// Brings a film to a file, and gives the exposure, if there was one.
-    fn picture(&mut self, rendered: &Rendered, file: &Path) -> Result<Option<f32>, Failure> {
+    fn picture(&mut self, rendered: &Rendered, file: &Path, to: Destination) -> Result<Option<f32>, Failure> {
         let film = &rendered.film;
         let exposure = if rendered.is_display_ready {
             None
@@ -143,8 +153,7 @@ impl Work<'_> {
         let srgb = exposure.map_or_else(|| encode(film), |exposure| develop(film, exposure));
         let bytes = png(&srgb, [film.width(), film.height()]);
         let bytes = bytes.map_err(|error| Failure::work(format!("{}: cannot be encoded: {error}", file.display())))?;
-        prepare(file)?;
-        write_whole(file, &bytes)?;
+        to.write(&bytes)?;
         Ok(exposure)
     }
 }

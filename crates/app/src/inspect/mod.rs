@@ -38,7 +38,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
         top_level: TreeFigures::of_top_level(frame.view.top_level()),
         meshes,
     };
-    report(&inspection, || inspection.text(if args.all { usize::MAX } else { SHOWN }), common)?;
+    report(&inspection, || inspection.text(if args.all { usize::MAX } else { SHOWN }), common, false)?;
     inspection.verdict()
 }
 

@@ -1,0 +1,277 @@
+//! Where bytes go: a file that appears whole, or a pipe or a device that is written to.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::draft::{Draft, remove_leftovers};
+use crate::failure::Failure;
+use crate::file_id::FileId;
+
+/// A place that can be written to.
+#[derive(Debug)]
+pub(crate) struct Destination {
+    /// As it was asked for.
+    name: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    /// A file, or none yet, with all links followed: it is written beside its place and then
+    /// renamed.
+    File(PathBuf),
+    /// A pipe or a device, opened, or a file that has no name of its own.
+    Opened(File),
+    /// This program's own standard output or error, under whatever name.
+    Stream(Stream),
+}
+
+/// What this program speaks to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stream {
+    Output,
+    Error,
+}
+
+impl Destination {
+    /// Finds out whether bytes can go to a place, and opens a pipe, which waits for somebody to
+    /// read from it. Nothing is there afterwards that was not before.
+    pub(crate) fn find(name: &Path) -> Result<Self, Failure> {
+        let kind = Kind::find(name).map_err(|error| cannot_be_written(name, &error))?;
+        Ok(Self { name: name.to_owned(), kind })
+    }
+
+    /// Whether it is standard output, so that nothing else should be said there.
+    pub(crate) fn is_standard_output(&self) -> bool {
+        matches!(self.kind, Kind::Stream(Stream::Output))
+    }
+
+    /// Writes all there is to write. A file appears whole or not at all, and its folders are made.
+    pub(crate) fn write(self, bytes: &[u8]) -> Result<(), Failure> {
+        let written = match self.kind {
+            Kind::File(path) => write_whole(&path, bytes),
+            Kind::Opened(mut file) => file.write_all(bytes).and_then(|()| file.flush()),
+            Kind::Stream(Stream::Output) => write_to(io::stdout().lock(), bytes),
+            Kind::Stream(Stream::Error) => write_to(io::stderr().lock(), bytes),
+        };
+        written.map_err(|error| cannot_be_written(&self.name, &error))
+    }
+}
+
+impl Kind {
+    fn find(name: &Path) -> io::Result<Self> {
+        let metadata = match fs::metadata(name) {
+            Ok(metadata) => metadata,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Self::file(followed(name)?),
+            Err(error) => return Err(error),
+        };
+        if metadata.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        if let Some(stream) = own_stream(name, &metadata) {
+            return Ok(Self::Stream(stream));
+        }
+        if !metadata.is_file() {
+            return File::options().write(true).open(name).map(Self::Opened);
+        }
+        let path = followed(name)?;
+        // Links below `/proc` name an open file that may be somewhere else by now, or nowhere.
+        if FileId::of_path(&path).ok() != FileId::of_path(name).ok() {
+            return File::options().write(true).truncate(true).open(name).map(Self::Opened);
+        }
+        Self::file(path)
+    }
+
+    /// Tries whether there can be a file in the folder, or in the one in which the folder would be
+    /// made.
+    fn file(path: PathBuf) -> io::Result<Self> {
+        if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        let folder = folder_of(&path);
+        let there = folder.ancestors().map(or_here).find(|folder| folder.exists()).unwrap_or(Path::new("."));
+        if there == folder {
+            remove_leftovers(folder);
+        }
+        drop(Draft::in_folder(there)?);
+        Ok(Self::File(path))
+    }
+}
+
+/// Whether a place is no file, so that its name says nothing about what is in it: a pipe, a device,
+/// or one of this program's own streams.
+pub(crate) fn is_stream(name: &Path) -> bool {
+    fs::metadata(name)
+        .is_ok_and(|metadata| !metadata.is_dir() && (!metadata.is_file() || own_stream(name, &metadata).is_some()))
+}
+
+/// Which of this program's own streams a path leads to. A device is no stream's own: it can be
+/// opened twice.
+fn own_stream(name: &Path, metadata: &fs::Metadata) -> Option<Stream> {
+    if is_device(metadata) {
+        return None;
+    }
+    let id = FileId::of_path(name).ok();
+    let is = |stream: Option<FileId>| stream.is_some() && stream == id;
+    if is(FileId::of_stream(&io::stdout())) {
+        Some(Stream::Output)
+    } else if is(FileId::of_stream(&io::stderr())) {
+        Some(Stream::Error)
+    } else {
+        None
+    }
+}
+
+#[cfg(unix)]
+fn is_device(metadata: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    metadata.file_type().is_char_device() || metadata.file_type().is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_device(metadata: &fs::Metadata) -> bool {
+    !metadata.is_file()
+}
+
+/// The path behind symbolic links, whether or not there is anything.
+fn followed(path: &Path) -> io::Result<PathBuf> {
+    /// As many as Linux follows.
+    const LINKS: usize = 40;
+    let mut path = path.to_owned();
+    for _ in 0..LINKS {
+        match fs::read_link(&path) {
+            Ok(target) => path = folder_of(&path).join(target),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(io::Error::other("too many symbolic links"))
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = folder_of(path);
+    fs::create_dir_all(folder)?;
+    let mut draft = Draft::in_folder(folder)?;
+    draft.write(bytes)?;
+    draft.become_file(path)
+}
+
+fn write_to(mut stream: impl Write, bytes: &[u8]) -> io::Result<()> {
+    stream.write_all(bytes)?;
+    stream.flush()
+}
+
+fn folder_of(path: &Path) -> &Path {
+    or_here(path.parent().unwrap_or(Path::new("")))
+}
+
+fn or_here(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+}
+
+fn cannot_be_written(path: &Path, error: &io::Error) -> Failure {
+    Failure::work(format!("{}: cannot be written: {error}", path.display()))
+}
+
+/// Files that a command reads, and must not write over.
+#[derive(Debug, Default)]
+pub(crate) struct Inputs(Vec<(PathBuf, FileId)>);
+
+impl Inputs {
+    /// Those of the paths that lead to something.
+    pub(crate) fn of<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Self {
+        Self(paths.into_iter().filter_map(|path| Some((path.to_owned(), FileId::of_path(path).ok()?))).collect())
+    }
+
+    /// Refuses a place that is one of these files, under whatever name.
+    pub(crate) fn spare(&self, out: &Path) -> Result<(), Failure> {
+        let Ok(id) = FileId::of_path(out) else { return Ok(()) };
+        match self.0.iter().find(|(_, input)| *input == id) {
+            None => Ok(()),
+            Some((input, _)) => Err(Failure::arguments(format!(
+                "{}: is the same file as {}, which is read: write to another one",
+                out.display(),
+                input.display()
+            ))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(directory: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+        Destination::find(path)?.write(bytes)
+    }
+
+    #[test]
+    fn a_file_appears_whole_and_alone() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("deep/er/a.png");
+        let destination = Destination::find(&path).unwrap();
+        assert!(names_in(directory.path()).is_empty(), "looking leaves nothing");
+        destination.write(b"first").unwrap();
+        write(&path, b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(names_in(path.parent().unwrap()), ["a.png"]);
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_file_that_could_not_take_its_place() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("taken.png");
+        let destination = Destination::find(&path).unwrap();
+        fs::create_dir_all(path.join("full")).unwrap();
+        assert!(destination.write(b"bytes").is_err());
+        assert!(Destination::find(&path).is_err() && Destination::find(&directory.path().join("new/")).is_err());
+        assert_eq!(names_in(directory.path()), ["taken.png"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_what_they_lead_to_is_replaced() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        fs::create_dir(at("folder")).unwrap();
+        fs::write(at("folder/real"), b"old").unwrap();
+        fs::set_permissions(at("folder/real"), fs::Permissions::from_mode(0o640)).unwrap();
+        symlink("folder/real", at("near")).unwrap();
+        symlink(at("near"), at("far")).unwrap();
+        symlink("folder/new", at("dangling")).unwrap();
+        symlink("round", at("round")).unwrap();
+        write(&at("far"), b"new").unwrap();
+        write(&at("dangling"), b"made").unwrap();
+        assert_eq!(fs::read(at("folder/real")).unwrap(), b"new");
+        assert_eq!(fs::metadata(at("folder/real")).unwrap().permissions().mode() & 0o777, 0o640);
+        assert_eq!(fs::read(at("folder/new")).unwrap(), b"made");
+        for link in ["near", "far", "dangling"] {
+            assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
+        }
+        assert!(Destination::find(&at("round")).is_err());
+        assert_eq!(names_in(&at("folder")), ["new", "real"]);
+    }
+
+    #[test]
+    fn inputs_are_spared_under_every_name() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        fs::write(at("scene"), b"same").unwrap();
+        fs::write(at("twin"), b"same").unwrap();
+        fs::hard_link(at("scene"), at("hard")).unwrap();
+        let inputs = Inputs::of([&*at("scene"), &*at("missing")]);
+        assert!(inputs.spare(&at("twin")).is_ok() && inputs.spare(&at("missing")).is_ok());
+        for same in ["scene", "./scene", "hard"] {
+            let failure = inputs.spare(&at(same)).unwrap_err().to_string();
+            assert!(failure.contains("same file as"), "{failure}");
+        }
+    }
+}
