@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release -p kinetree-bench -- fetch-peers
-//! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--quick] [--processes 3] [--json FILE] [--results FOLDER]
+//! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--level avx2] [--quick] [--processes 3] [--json FILE] [--results FOLDER]
 //! ```
 //!
 //! All engines are in one process. They get the same triangles and the same rays, made once per scene from a seed; their answers are compared
@@ -10,7 +10,7 @@
 //! it for all of them. One-thread times are those of the thread's processor clock, pinned to a core.
 //!
 //! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes sets of rays, `engine` holds the
-//! engines behind one trait, `agree` compares answers, `exact` is the reference in double precision, `measure` has clocks
+//! engines behind one trait, `level` forces them to one set of instructions, `agree` compares answers, `exact` is the reference in double precision, `measure` has clocks
 //! and statistics, `compare` runs it all, `report` writes it down, `peers` fetches what is opened at run time.
 
 mod agree;
@@ -19,6 +19,7 @@ mod chance;
 mod compare;
 mod engine;
 mod exact;
+mod level;
 mod machine;
 mod measure;
 mod peers;
@@ -57,8 +58,7 @@ enum Job {
 
 fn main() -> ExitCode {
     match run(Arguments::parse().command) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(2),
+        Ok(code) => code,
         Err(failure) => {
             eprintln!("error: {failure}");
             ExitCode::FAILURE
@@ -66,9 +66,14 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(job: Job) -> Result<bool, Failure> {
+fn run(job: Job) -> Result<ExitCode, Failure> {
     match job {
-        Job::Compare(options) => return compare::run(&options),
+        Job::Compare(options) => {
+            if let Some(code) = level::elsewhere(options.level)? {
+                return Ok(code);
+            }
+            return Ok(if compare::run(&options)? { ExitCode::SUCCESS } else { ExitCode::from(2) });
+        }
         Job::FetchPeers => peers::fetch()?.iter().for_each(|path| println!("{}", path.display())),
         Job::Engines => {
             let (engines, notes) = engine::all();
@@ -76,5 +81,5 @@ fn run(job: Job) -> Result<bool, Failure> {
             notes.iter().for_each(|note| eprintln!("{note}"));
         }
     }
-    Ok(true)
+    Ok(ExitCode::SUCCESS)
 }

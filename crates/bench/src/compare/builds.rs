@@ -99,6 +99,7 @@ fn row(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, unit: Un
         metric,
         rays: None,
         mode: None,
+        instructions: engine.instructions().to_owned(),
         robust: engine.is_robust(),
         threads,
         unit,

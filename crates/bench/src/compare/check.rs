@@ -248,8 +248,13 @@ mod tests {
         let mut case = Case::parse(text).unwrap();
         let (scenery, reference, sets) = scene_of(&case);
         let checked = |case: &Case, name: &str| {
-            let entrant =
-                Entrant { name: name.into(), class: engine::Class::Fast, robust: false, tree: Box::new(Blind) };
+            let entrant = Entrant {
+                name: name.into(),
+                instructions: String::new(),
+                class: engine::Class::Fast,
+                robust: false,
+                tree: Box::new(Blind),
+            };
             let mut field = vec![entrant];
             let plan = Plan::least();
             let checked = check(case, &plan, &scenery.soup, &reference, &sets, &mut field, &mut Log::default());

@@ -15,6 +15,8 @@ use crate::soup::Soup;
 pub(crate) struct Entrant {
     /// Name and settings.
     pub(crate) name: String,
+    /// See [`Engine::instructions`].
+    pub(crate) instructions: String,
     /// What the tree was built for.
     pub(crate) class: Class,
     /// Whether it promises that no ray slips between triangles.
@@ -95,7 +97,9 @@ pub(crate) fn build(
                 if !engine.shares_builds() {
                     record.rows.extend(builds::weighed(case, *engine, &*tree, held, soup));
                 }
-                field.push(Entrant { name, class: engine.class(), robust: engine.is_robust(), tree });
+                let (instructions, class, robust) =
+                    (engine.instructions().to_owned(), engine.class(), engine.is_robust());
+                field.push(Entrant { name, instructions, class, robust, tree });
             }
             Err(failure) => log.say(&format!("  {name} is left out: {failure}")),
         }

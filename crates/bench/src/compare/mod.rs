@@ -12,11 +12,14 @@ mod traces;
 
 use std::path::{Path, PathBuf};
 
+use kinetree::simd::Level;
+
 use self::budget::Budget;
 use self::log::Log;
 use crate::Failure;
 use crate::case::Case;
 use crate::engine::{self, Class, Engine, ours};
+use crate::level;
 use crate::machine;
 use crate::measure::rounds::Rounds;
 use crate::ray::Ray;
@@ -29,6 +32,9 @@ use crate::scene::Eye;
 pub(crate) struct Options {
     /// More scenes (.glb, .gltf) or case files (.toml), beside those that come with the program
     scenes: Vec<PathBuf>,
+    /// Forces every engine that can to these instructions: scalar, avx2, avx512 or neon [default: the best of this machine]
+    #[arg(long, value_name = "LEVEL", value_parser = level::named)]
+    pub(crate) level: Option<Level>,
     /// Fewer rays and rounds: ends within five minutes
     #[arg(long)]
     quick: bool,
@@ -56,7 +62,7 @@ pub(crate) struct Options {
     /// No growth of cost with the number of triangles, which is measured unless cases are picked by name
     #[arg(long)]
     no_growth: bool,
-    /// Keeps table, rows and chart in a folder of the machine's name within this one, too
+    /// Keeps table, rows and chart in a folder of the machine's name and the level within this one, too
     #[arg(long, value_name = "FOLDER")]
     results: Option<PathBuf>,
     /// Where a process leaves what it has measured for the one that started it
@@ -131,7 +137,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
         save(part, &serde_json::to_string(&Record { text: log.text, ..record })?)?;
         return Ok(true);
     }
-    log.say(&report::goals(&record, machine::second_cache()));
+    log.say(&report::goals(&record, Level::current().name(), machine::second_cache()));
     log.say(match (record.ours_wrong, record.somebody_differs) {
         (true, _) => "NOT all answers of kinetree are right",
         (false, true) => "all answers of kinetree are right; those of others that differ are counted above",
@@ -149,7 +155,8 @@ fn measure(options: &Options, log: &mut Log) -> Result<Record, Failure> {
     let asked =
         |name: &str| options.engine.is_empty() || options.engine.iter().any(|start| name.starts_with(start.as_str()));
     engines.retain(|engine| asked(engine.name()));
-    log.say(&format!("{}, {} threads, {}", machine::processor(), plan.threads, machine::date()));
+    let (processor, level, date) = (machine::processor(), Level::current().name(), machine::date());
+    log.say(&format!("{processor}, {} threads, level {level}, {date}", plan.threads));
     log.say(&machine::versions());
     notes.iter().for_each(|note| log.say(note));
 
@@ -243,18 +250,19 @@ fn urgency(engine: &dyn Engine) -> u32 {
 
 fn write(options: &Options, record: &Record, log: &Log) -> Result<(), Failure> {
     let rows = &record.rows;
-    let title = format!("{}, {}", machine::processor(), machine::date());
+    let level = Level::current().name();
+    let title = format!("{}, level {level}, {}", machine::processor(), machine::date());
     let chart = || report::chart(rows, &title);
     if let Some(path) = &options.json {
-        save(path, &report::json(rows)?)?;
+        save(path, &report::json(rows, level)?)?;
     }
     if let Some(path) = &options.svg {
         save(path, &chart())?;
     }
     if let Some(folder) = &options.results {
-        let folder = folder.join(machine::folder_name());
+        let folder = folder.join(machine::folder_name()).join(level);
         let name = if options.quick { "quick" } else { "compare" };
-        save(&folder.join(format!("{name}.json")), &report::json(rows)?)?;
+        save(&folder.join(format!("{name}.json")), &report::json(rows, level)?)?;
         save(&folder.join(format!("{name}.svg")), &chart())?;
         save(&folder.join(format!("{name}.txt")), &log.text)?;
     }

@@ -157,6 +157,7 @@ impl Contender<'_> {
             metric: Metric::Trace,
             rays: Some(set.kind),
             mode: Some(mode),
+            instructions: self.entrant.instructions.clone(),
             robust: self.entrant.robust,
             threads,
             unit: Unit::Rays,

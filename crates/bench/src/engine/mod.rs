@@ -23,8 +23,10 @@ mod tinybvh;
 
 pub(crate) use crew::Crew;
 pub(crate) use kinetree::Coherence;
+use kinetree::simd::Level;
 
 use crate::Failure;
+use crate::level::OWN_BUILD;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
@@ -46,6 +48,11 @@ pub(crate) trait Engine {
 
     /// What its trees are for.
     fn class(&self) -> Class;
+
+    /// The instructions that it runs with: the level that it was forced to, or [`OWN_BUILD`] where it has no switch.
+    fn instructions(&self) -> &str {
+        OWN_BUILD
+    }
 
     /// Whether it promises that no ray slips between neighbouring triangles.
     fn is_robust(&self) -> bool {
@@ -172,21 +179,25 @@ pub(crate) struct Facts {
     pub(crate) overlap: Option<f32>,
 }
 
-/// Every engine that this program was compiled with and that can be had on this machine; and notes: versions, and why the others cannot.
+/// Every engine that this program was compiled with and that can be had on this machine, at the level of the library where they can be forced to it;
+/// and notes: versions, instructions, and why the others cannot be had.
 pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     #[allow(unused_mut)]
     let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (ours::variants(), Vec::new());
     #[cfg(all(feature = "embree", unix))]
-    match embree::variants() {
-        Ok((more, version)) => {
+    match embree::variants(Level::current()) {
+        Ok((more, note)) => {
             engines.extend(more);
-            notes.push(format!("with Embree {version}"));
+            notes.push(note);
         }
         Err(failure) => notes.push(format!("without Embree: {failure}; `fetch-peers` brings it")),
     }
     #[cfg(all(feature = "tinybvh", target_arch = "x86_64"))]
     match tinybvh::variants() {
-        Ok(more) => engines.extend(more),
+        Ok(more) => {
+            engines.extend(more);
+            notes.push(format!("with tinybvh, {OWN_BUILD}: compiled for {}", tinybvh::compiled_for()));
+        }
         Err(failure) => notes.push(format!("without tinybvh: {failure}")),
     }
     #[cfg(feature = "obvhs")]
@@ -195,6 +206,8 @@ pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     engines.extend(parry::variants());
     #[cfg(feature = "bvh")]
     engines.extend(bvh::variants());
+    #[cfg(any(feature = "obvhs", feature = "parry3d", feature = "bvh"))]
+    notes.push(format!("with peers in Rust, {OWN_BUILD}: compiled for {}, as this program is", compiled_for()));
     for (compiled, name) in [
         (cfg!(feature = "embree"), "Embree"),
         (cfg!(feature = "tinybvh"), "tinybvh"),
@@ -207,4 +220,17 @@ pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
         }
     }
     (engines, notes)
+}
+
+/// What Rust code without a switch of its own is compiled for: the least of the target, unless the compiler was told otherwise.
+#[cfg(any(feature = "obvhs", feature = "parry3d", feature = "bvh"))]
+fn compiled_for() -> String {
+    let more: [(bool, &str); 3] = [
+        (cfg!(target_feature = "avx512f"), "AVX-512"),
+        (cfg!(target_feature = "avx2"), "AVX2"),
+        (cfg!(target_feature = "sse4.2"), "SSE4.2"),
+    ];
+    let most = more.into_iter().find(|(there, _)| *there);
+    let architecture = std::env::consts::ARCH.replace('_', "-");
+    most.map_or(architecture.clone(), |(_, name)| format!("{architecture} with {name}"))
 }

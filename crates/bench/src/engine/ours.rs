@@ -4,6 +4,7 @@ use std::cell::RefCell;
 
 use kinetree::build::Quality;
 use kinetree::query::sort::BLOCK;
+use kinetree::simd::Level;
 use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Precision, Scene, Snapshot, Work};
 
 use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
@@ -59,6 +60,10 @@ impl Engine for Kinetree {
 
     fn class(&self) -> Class {
         self.class
+    }
+
+    fn instructions(&self) -> &str {
+        Level::current().name()
     }
 
     fn is_robust(&self) -> bool {

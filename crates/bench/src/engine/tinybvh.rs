@@ -28,6 +28,12 @@ pub(crate) fn variants() -> Result<Vec<Box<dyn Engine>>, Failure> {
     ])
 }
 
+/// What its C++ is compiled for: the processor of this machine, unless the compiler is told otherwise, as `.cargo/config.toml` does.
+pub(crate) fn compiled_for() -> &'static str {
+    let told = option_env!("CXXFLAGS_x86_64_unknown_linux_gnu").unwrap_or_default();
+    told.split_whitespace().rev().find_map(|flag| flag.strip_prefix("-march=")).unwrap_or("this processor")
+}
+
 struct TinyBvh {
     name: &'static str,
     class: Class,

@@ -21,9 +21,9 @@ reach the bar.
 
 ";
 
-/// A text with all goals.
-pub(crate) fn goals(record: &Record, second_cache: usize) -> String {
-    let mut text = String::from(HEAD);
+/// A text with all goals, and the level at which they were measured.
+pub(crate) fn goals(record: &Record, level: &str, second_cache: usize) -> String {
+    let mut text = format!("{HEAD}Level {level}; engines without a switch are as they were built.\n\n");
     let mut all = Vec::new();
     for class in CLASSES {
         rays(record, class, &mut all);
@@ -271,7 +271,7 @@ mod tests {
             ],
             ..Record::default()
         };
-        let text = goals(&record, 1 << 20);
+        let text = goals(&record, "avx2", 1 << 20);
         let after = |start: &str| {
             let at = text.find(start).unwrap_or_else(|| panic!("{start} in {text}"));
             text[at..].lines().skip(2).take(1).collect::<String>()

@@ -91,6 +91,8 @@ pub(crate) struct Row {
     pub(crate) rays: Option<Kind>,
     /// How rays were handed over; none but for traces.
     pub(crate) mode: Option<Mode>,
+    /// The instructions that the engine runs with, see [`Engine::instructions`](crate::engine::Engine::instructions).
+    pub(crate) instructions: String,
     /// Whether the engine promises that no ray slips between triangles.
     pub(crate) robust: bool,
     /// How many threads worked.
@@ -121,7 +123,10 @@ pub(crate) struct Row {
 #[derive(Serialize)]
 struct Published<'a> {
     case: &'a str,
+    /// Which all engines of the run were forced to that can be.
+    level: &'a str,
     engine: &'a str,
+    instructions: &'a str,
     metric: Metric,
     rays: Option<Kind>,
     mode: Option<Mode>,
@@ -134,18 +139,19 @@ struct Published<'a> {
 }
 
 impl<'a> Published<'a> {
-    fn of(row: &'a Row) -> Self {
-        let &Row { ref case, ref engine, metric, rays, mode, robust, threads, unit, median, min, max, .. } = row;
-        Self { case, engine, metric, rays, mode, robust, threads, unit, median, min, max }
+    fn of(row: &'a Row, level: &'a str) -> Self {
+        let &Row { ref case, ref engine, ref instructions, metric, rays, mode, robust, threads, unit, .. } = row;
+        let &Row { median, min, max, .. } = row;
+        Self { case, level, engine, instructions, metric, rays, mode, robust, threads, unit, median, min, max }
     }
 }
 
-/// All rows as a JSON array.
+/// All rows of a run at a level, as a JSON array.
 ///
 /// # Errors
 /// Those of the serializer; rows have nothing that it refuses.
-pub(crate) fn json(rows: &[Row]) -> Result<String, serde_json::Error> {
-    let rows: Vec<Published<'_>> = rows.iter().map(Published::of).collect();
+pub(crate) fn json(rows: &[Row], level: &str) -> Result<String, serde_json::Error> {
+    let rows: Vec<Published<'_>> = rows.iter().map(|row| Published::of(row, level)).collect();
     serde_json::to_string_pretty(&rows)
 }
 
@@ -232,6 +238,7 @@ pub(crate) fn example(engine: &str, class: Class, robust: bool, times: &[f64]) -
         metric: Metric::Trace,
         rays: Some(Kind::Primary),
         mode: Some(Mode::Single),
+        instructions: "avx2".into(),
         robust,
         threads: 1,
         unit: Unit::Rays,
@@ -255,12 +262,14 @@ mod tests {
 
     #[test]
     fn a_row_has_the_fields_that_readers_of_results_rely_on() {
-        let text = json(&[example("kinetree", Class::Fast, true, &[0.5, 0.25, 1.0])]).unwrap();
+        let text = json(&[example("kinetree", Class::Fast, true, &[0.5, 0.25, 1.0])], "scalar").unwrap();
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();
         let row = &value[0];
         let wanted = [
             ("case", serde_json::json!("race")),
+            ("level", serde_json::json!("scalar")),
             ("engine", serde_json::json!("kinetree")),
+            ("instructions", serde_json::json!("avx2")),
             ("metric", serde_json::json!("trace")),
             ("rays", serde_json::json!("primary")),
             ("mode", serde_json::json!("single")),

@@ -51,7 +51,8 @@ fn head(text: &mut String, row: &Row) {
 fn line(text: &mut String, row: &Row, rows: &[Row]) {
     let robust = if row.robust { "watertight" } else { "" };
     let spread = format!("{:.3} to {:.3}", row.min, row.max);
-    let _ = write!(text, "  {:<28} {robust:<10} {:>10.3}  {spread:<22}", row.engine, row.median);
+    let _ =
+        write!(text, "  {:<28} {:<9} {robust:<10} {:>10.3}  {spread:<22}", row.engine, row.instructions, row.median);
     if row.is_ours() {
         let like = row.against(rows, |other| row.is_rival(other));
         let best = row.against(rows, |_| true);
@@ -98,5 +99,6 @@ mod tests {
         assert!(lines[0].contains("2.00x [2.00, 2.00] of embree medium (best)"), "{text}");
         assert!(lines[1].contains("7 answers differ, 3 not at edges"), "{text}");
         assert!(lines[2].contains("embree medium robust"));
+        assert!(lines.iter().all(|line| line.contains(" avx2 ")), "{text}");
     }
 }

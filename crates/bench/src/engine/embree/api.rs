@@ -119,16 +119,19 @@ macro_rules! functions {
         /// that started them, and would be left without the code that they run.
         pub(super) struct Api {
             $(pub(super) $field: $kind,)+
+            /// As `isa=` of every device names it; `None` for what Embree takes by itself.
+            pub(super) isa: Option<&'static str>,
             _library: ManuallyDrop<Library>,
         }
 
         impl Api {
-            fn of(library: Library) -> Result<Self, Failure> {
+            fn of(library: Library, isa: Option<&'static str>) -> Result<Self, Failure> {
                 Ok(Self {
                     $(
                         // SAFETY: the type is the one that Embree 4 declares for this name.
                         $field: *unsafe { library.get::<$kind>($symbol)? },
                     )+
+                    isa,
                     _library: ManuallyDrop::new(library),
                 })
             }
@@ -164,21 +167,21 @@ functions! {
 }
 
 impl Api {
-    /// Opens the library that the environment names, or else the one that was fetched.
+    /// Opens the library that the environment names, or else the one that was fetched; its devices are to use these instructions.
     ///
     /// # Errors
     /// It is not there, cannot be opened, or is not Embree 4.
-    pub(super) fn open() -> Result<Self, Failure> {
+    pub(super) fn open(isa: Option<&'static str>) -> Result<Self, Failure> {
         let path = match std::env::var_os(VARIABLE) {
             Some(path) => PathBuf::from(path),
             None => peers::find("libembree4").ok_or("its library is not there")?,
         };
-        Self::open_at(&path).map_err(|failure| format!("{}: {failure}", path.display()).into())
+        Self::open_at(&path, isa).map_err(|failure| format!("{}: {failure}", path.display()).into())
     }
 
-    fn open_at(path: &Path) -> Result<Self, Failure> {
+    fn open_at(path: &Path, isa: Option<&'static str>) -> Result<Self, Failure> {
         // SAFETY: what runs when Embree and its thread library are opened touches nothing but themselves. The latter lies beside it, where
         // its own search path leads.
-        Self::of(unsafe { Library::new(path)? })
+        Self::of(unsafe { Library::new(path)? }, isa)
     }
 }

@@ -9,6 +9,8 @@ use crate::Failure;
 
 /// `RTC_DEVICE_PROPERTY_VERSION`
 const VERSION: i32 = 0;
+/// `RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED` and the same of sixteen.
+const NATIVE: [i32; 2] = [33, 34];
 
 /// Bytes that Embree holds and held.
 #[derive(Default)]
@@ -54,7 +56,8 @@ impl Device {
     /// The same; it may tell on the standard output what its trees are like.
     pub(super) fn with_messages(api: &Arc<Api>, threads: usize, messages: bool) -> Result<Self, Failure> {
         let verbose = if messages { 2 } else { 0 };
-        let settings = CString::new(format!("threads={threads},verbose={verbose}"))?;
+        let isa = api.isa.map_or_else(String::new, |isa| format!(",isa={isa}"));
+        let settings = CString::new(format!("threads={threads},verbose={verbose}{isa}"))?;
         // SAFETY: the text ends with a zero and is copied.
         let handle = unsafe { (api.new_device)(settings.as_ptr()) };
         if handle.is_null() {
@@ -77,6 +80,12 @@ impl Device {
         // SAFETY: the device is alive.
         let version = unsafe { (self.api.device_property)(self.handle, VERSION) };
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
+    }
+
+    /// Whether packets of eight and of sixteen rays have registers of their own size, which tells what instructions the device uses.
+    pub(super) fn native_packets(&self) -> [bool; 2] {
+        // SAFETY: the device is alive.
+        NATIVE.map(|property| unsafe { (self.api.device_property)(self.handle, property) } != 0)
     }
 
     /// The error of the latest calls, if there was one.

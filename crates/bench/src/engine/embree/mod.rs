@@ -13,24 +13,56 @@ mod sorted;
 
 use std::sync::Arc;
 
+use kinetree::simd::Level;
+
 use self::api::{Api, BuildQuality, SceneFlags};
 use self::device::Device;
 use self::scene::{Following, Ready};
 use super::{Class, Crew, Engine, Prepared, Refit};
 use crate::Failure;
+use crate::level::OWN_BUILD;
 use crate::soup::Soup;
 
-/// Every setting that is compared, and the version of the library.
+/// What Embree calls a level, and which packets, of eight and of sixteen rays, fill its registers there. It has no plain code: its least is SSE2.
+/// On ARM it knows one level, which it takes by itself.
+fn isa(level: Level) -> (Option<&'static str>, [bool; 2]) {
+    match level.name() {
+        "avx512" => (Some("avx512"), [true, true]),
+        "avx2" => (Some("avx2"), [true, false]),
+        "scalar" if cfg!(target_arch = "x86_64") => (Some("sse2"), [false, false]),
+        _ => (None, [false, false]),
+    }
+}
+
+/// What Embree uses at a level, as results name it.
+fn instructions(level: Level) -> &'static str {
+    match isa(level).0 {
+        Some(isa) => isa,
+        None if cfg!(target_arch = "aarch64") => "neon",
+        None => OWN_BUILD,
+    }
+}
+
+/// Every setting that is compared, at one level, and a sentence about version and level.
 ///
 /// # Errors
-/// The library is not there, or not the one that is needed.
-pub(crate) fn variants() -> Result<(Vec<Box<dyn Engine>>, String), Failure> {
-    let api = Arc::new(Api::open()?);
+/// The library is not there, or not the one that is needed, or was compiled without code for the level.
+pub(crate) fn variants(level: Level) -> Result<(Vec<Box<dyn Engine>>, String), Failure> {
+    let (isa, packets) = isa(level);
+    let api = Arc::new(Api::open(isa)?);
     // Asks for its version, and finds a processor that it cannot run on before anything is measured.
-    let version = Device::new(&api, 1)?.version();
+    let device = Device::new(&api, 1)?;
+    let instructions = instructions(level);
+    if isa.is_some() && device.native_packets() != packets {
+        return Err(format!("the library does not keep to isa={instructions}").into());
+    }
+    let mut note = format!("with Embree {}, at {instructions}", device.version());
+    if level.name() != instructions {
+        note += &format!(": it has no {} code, this is its least", level.name());
+    }
     let (fast, robust) = (SceneFlags::NONE, SceneFlags::ROBUST);
     let variant = |name, class, quality, flags| -> Box<dyn Engine> {
-        Box::new(Embree { api: Arc::clone(&api), name, class, quality, flags })
+        Box::new(Embree { api: Arc::clone(&api), instructions, name, class, quality, flags })
     };
     let variants = vec![
         variant("embree low", Class::Fastest, BuildQuality::LOW, fast),
@@ -39,11 +71,12 @@ pub(crate) fn variants() -> Result<(Vec<Box<dyn Engine>>, String), Failure> {
         variant("embree medium robust", Class::Fast, BuildQuality::MEDIUM, robust),
         variant("embree high robust", Class::Best, BuildQuality::HIGH, robust),
     ];
-    Ok((variants, version))
+    Ok((variants, note))
 }
 
 struct Embree {
     api: Arc<Api>,
+    instructions: &'static str,
     name: &'static str,
     class: Class,
     quality: BuildQuality,
@@ -57,6 +90,10 @@ impl Engine for Embree {
 
     fn class(&self) -> Class {
         self.class
+    }
+
+    fn instructions(&self) -> &str {
+        self.instructions
     }
 
     fn is_robust(&self) -> bool {

@@ -1,0 +1,67 @@
+//! The processor level that all engines are forced to, as far as they can be.
+//!
+//! The library reads its level once per process, from `KINETREE_SIMD`. Another level is another process.
+
+use std::process::{Command, ExitCode};
+
+use kinetree::simd::Level;
+
+use crate::Failure;
+
+/// What the library reads its level from.
+const VARIABLE: &str = "KINETREE_SIMD";
+
+/// The instructions of an engine without a switch.
+pub(crate) const OWN_BUILD: &str = "own build";
+
+/// The level of this processor with that name.
+///
+/// # Errors
+/// A sentence with the levels that this processor has.
+pub(crate) fn named(name: &str) -> Result<Level, String> {
+    let all = Level::available();
+    all.iter().find(|level| level.name() == name).copied().ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|level| level.name()).collect();
+        format!("this machine has no level {name}; it has {}", names.join(", "))
+    })
+}
+
+/// Runs this program once more with the same arguments at that level, and gives its exit code; `None` when this process is at that level already.
+///
+/// # Errors
+/// A process that cannot be started, or that would not be at the level either.
+pub(crate) fn elsewhere(level: Option<Level>) -> Result<Option<ExitCode>, Failure> {
+    let Some(name) = level.map(Level::name).filter(|name| *name != Level::current().name()) else { return Ok(None) };
+    if std::env::var(VARIABLE).is_ok_and(|told| told == name) {
+        return Err(format!("the library does not follow {VARIABLE}={name}").into());
+    }
+    let program = std::env::current_exe()?;
+    let status = Command::new(program).args(std::env::args_os().skip(1)).env(VARIABLE, name).status()?;
+    // A process that was killed has no code.
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    Ok(Some(code.map_or(ExitCode::FAILURE, ExitCode::from)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_that_the_machine_lacks_is_an_error_that_lists_those_it_has() {
+        for level in Level::available() {
+            assert_eq!(named(level.name()).unwrap().name(), level.name());
+        }
+        let lacking = if cfg!(target_arch = "aarch64") { "avx2" } else { "neon" };
+        for name in [lacking, "nonsense", "AVX2"] {
+            let message = named(name).unwrap_err();
+            assert!(message.contains(name), "{message}");
+            assert!(Level::available().iter().all(|level| message.contains(level.name())), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_process_that_is_at_the_level_already_stays() {
+        assert!(elsewhere(None).unwrap().is_none());
+        assert!(elsewhere(Some(Level::current())).unwrap().is_none());
+    }
+}
