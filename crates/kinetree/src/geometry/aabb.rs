@@ -120,11 +120,8 @@ impl Aabb {
         super::is_finite(self.min) && super::is_finite(self.max)
     }
 
-    /// The box that a tree keeps for a primitive: widened by some roundings of the primitive's own size.
-    ///
-    /// The triangle test errs by roundings of the distance between the ray's origin and the vertices. The part of it that grows
-    /// with the distance of the hit is covered by the ray (see [`SafeRay`](super::SafeRay)); the part that grows with the size of the
-    /// triangle is covered here, once, at build time.
+    /// The box that a tree keeps for a primitive: widened by some roundings of the primitive's own
+    /// size. Exact hits need less (decision 18); trees in files have boxes like these.
     pub(crate) fn padded(&self) -> Self {
         self.widened(self.padding())
     }

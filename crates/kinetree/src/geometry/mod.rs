@@ -5,6 +5,7 @@
 mod aabb;
 mod affine;
 pub(crate) mod clip;
+pub(crate) mod exact;
 mod precision;
 mod ray;
 pub(crate) mod slab;
@@ -16,12 +17,16 @@ pub use aabb::Aabb;
 pub use affine::Affine;
 pub use clip::clipped_bounds;
 pub use precision::Precision;
+pub(crate) use precision::{AT_LEAST, AT_MOST, DISTANCE_ERROR};
 pub use ray::Ray;
 pub use slab::SafeRay;
 pub use triangle::Triangle;
 pub use triangles::Triangles;
 pub(crate) use triangles::fingerprint;
-pub(crate) use watertight::{NEAR, OFF, OTHERS, UNSURE};
+pub(crate) use watertight::{
+    DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
+    MOST_DISTANCE_ERROR, OTHERS, REACH, SLOPE_BY_SIZE,
+};
 pub use watertight::{Sheared, TriangleHit};
 
 /// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.

@@ -1,18 +1,18 @@
 //! Does a ray enter a box, and where? Never no when a triangle in the box is hit.
 //!
-//! The triangle test rounds, and so may report a hit that lies a few roundings outside of the box. The box test therefore
-//! leans outwards by at least as much, or rays would slip through edges that lie on box faces (compare Ize 2013, "Robust BVH
-//! Ray Traversal", and section 3.3 of Woop, Benthin and Wald 2013). Everything is paid for once per ray:
+//! Hits of triangles are exact ([`watertight`](super::watertight)), but the box test rounds. So it leans
+//! outwards by at least as much (compare Ize 2013, "Robust BVH Ray Traversal"), and over instances by
+//! what taking a ray into their space may round. Everything is paid for once per ray:
 //!
-//! * along each axis the reciprocal is moved by a few roundings, more of them the flatter the ray runs to the planes of that axis;
+//! * along each axis the reciprocal is moved by a few roundings, more of them the flatter the ray runs
+//!   to the planes of that axis;
 //! * the scaled origin is moved by a few roundings of itself;
-//! * along an axis on which the ray hardly moves, by a few roundings of the distance to the far end of everything.
-//!
-//! What grows with the size of a triangle instead of its distance is already in its box ([`Aabb::padded`]).
+//! * along an axis on which the ray hardly moves, by a few roundings of the distance to the far end of
+//!   everything.
 
 use glam::Vec3A;
 
-use super::{Aabb, Ray, UNIT_ROUNDOFF};
+use super::{AT_LEAST, Aabb, Ray, UNIT_ROUNDOFF};
 
 /// By how much box tests lean outwards.
 #[derive(Debug, Clone, Copy)]
@@ -24,10 +24,11 @@ pub(crate) struct Lean {
 }
 
 impl Lean {
-    /// Over boxes of triangles. The vertices' error in the triangle test is below 5 roundings.
+    /// Over boxes of triangles, where a ray is made ready the long way or in a packet: more than is
+    /// needed.
     pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0 };
 
-    /// By the roundings of the box test alone, not by those of the triangle test.
+    /// Over boxes of triangles, by the roundings of the box test alone.
     pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0 };
 
     /// Over world boxes of instances. Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement
@@ -98,7 +99,7 @@ impl SafeRay {
             direction: ray.direction,
             slack: slack * UNIT_ROUNDOFF * reach(ray.origin, bounds) + stray,
         });
-        Self { near, far, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min, careful }
+        Self { near, far, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min * AT_LEAST, careful }
     }
 
     /// Whether only double precision does this ray justice.

@@ -19,6 +19,13 @@ impl Triangle {
         Aabb::from_points(self.corners)
     }
 
+    /// The longest edge of the smallest box around it, metres.
+    #[inline]
+    pub fn extent(&self) -> f32 {
+        let [x, y, z] = self.bounds().extent();
+        x.max(y).max(z)
+    }
+
     /// Perpendicular to the triangle, towards the front; twice as long as the area is large, zero for a degenerate triangle.
     pub fn normal(&self) -> [f32; 3] {
         let [a, b, c] = self.corners.map(Vec3::from);

@@ -37,7 +37,7 @@ impl Triangles {
         Triangle { corners: self.indices[triangle as usize].map(|vertex| self.positions[vertex as usize]) }
     }
 
-    /// The box that a tree keeps for a triangle: a little larger than the triangle, by what the triangle test may err.
+    /// The box that a tree keeps for a triangle: a little larger than the triangle.
     #[inline]
     pub fn bounds_of(&self, triangle: u32) -> Aabb {
         self.get(triangle).bounds().padded()

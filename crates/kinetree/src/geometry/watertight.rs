@@ -1,22 +1,21 @@
 //! The ray-triangle test through which no ray slips between neighbours.
 //!
-//! Vertices are moved to the ray's origin and sheared along its largest axis, so that the ray becomes an axis; three edge functions then
-//! say on which side of each edge it passes. All triangles round a vertex see the same sheared point, and the difference of two rounded
-//! products is right in sign or exactly zero, so with inclusive edges every ray belongs to one side of an edge or to both.
+//! Vertices are moved to the ray's origin and sheared along its largest axis, so that the ray becomes
+//! an axis; three edge functions then say on which side of each edge it passes. That is done in single
+//! precision, with a bound of its error at hand: where an edge function is within the bound, or the
+//! distance might be off by more than [`DISTANCE_ERROR`], the triangle is tested again without rounding
+//! errors ([`exact`]). So every decision is the one of exact arithmetic, whatever the processor, the
+//! tree and the batch, and what is closed in exact arithmetic is closed for rays.
 //!
-//! Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection". The six products are rounded separately, never fused. Two things are
-//! computed again in double precision: edge functions of which one comes out as zero, since a ray that passes a triangle at a million times its size would
-//! otherwise see two edges as zero and count as a hit; and the distance, where that of single precision could be off, as it is for long thin triangles.
+//! Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection", for the sheared space;
+//! Shewchuk 1997 for deciding exactly only what is in doubt. Decision 18 derives the bounds.
 
-use glam::DVec3;
-
-use super::{Ray, Triangle};
+use super::{DISTANCE_ERROR, Ray, Triangle, UNIT_ROUNDOFF, exact};
 
 /// A ray that has become an axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Sheared {
-    origin: [f32; 3],
-    direction: [f32; 3],
+    ray: Ray,
     /// The axes in the order x, y, z of the sheared space; z is the largest of the direction.
     pub(crate) axes: [usize; 3],
     pub(crate) shear: [f32; 3],
@@ -59,49 +58,60 @@ impl Sheared {
         let t_scale = power_of_two(-exponent);
         let along = direction[z & 3] * t_scale;
         let shear = [direction[x & 3] * t_scale / along, direction[y & 3] * t_scale / along, 1.0 / along];
-        Self { origin: ray.origin, direction: ray.direction, axes: [x, y, z], shear, t_scale }
+        Self { ray: *ray, axes: [x, y, z], shear, t_scale }
+    }
+
+    /// [`REACH`], or what depths are stretched by where that is more, as it is for denormal directions.
+    #[inline(always)]
+    pub(crate) fn reach(&self) -> f32 {
+        larger(self.shear[2].abs(), REACH)
     }
 
     #[inline]
     fn project(&self, vertex: [f32; 3]) -> [f32; 3] {
-        let [x, y, z] = self.axes.map(|axis| vertex[axis] - self.origin[axis]);
+        let [x, y, z] = self.axes.map(|axis| vertex[axis] - self.ray.origin[axis]);
         let [shear_x, shear_y, shear_z] = self.shear;
         [(-shear_x).mul_add(z, x), (-shear_y).mul_add(z, y), shear_z * z]
     }
 
-    /// Where the ray meets the triangle, if it does so within the bounds (inclusive). Edges and corners belong to the triangle.
+    /// Where the ray meets the triangle, if it does so within the bounds (inclusive). Edges and corners
+    /// belong to the triangle. Nothing meets a triangle without area, or one seen from its edge; there
+    /// is no threshold: small triangles count.
     #[inline]
     pub fn hit(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
         let [a, b, c] = triangle.corners.map(|corner| self.project(corner));
-        let [(mut u, lost_u), (mut v, lost_v), (mut w, lost_w)] = [edge(c, b), edge(a, c), edge(b, a)];
-        if u == 0.0 || v == 0.0 || w == 0.0 {
-            (u, v, w) = (exact_edge(c, b), exact_edge(a, c), exact_edge(b, a));
-        }
-        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        let determinant = u + v + w;
-        // A degenerate triangle, and one seen from its edge, is met by no ray. There is no threshold: small triangles count.
-        if !inside || determinant == 0.0 {
+        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+        let (least, most) = (smaller(smaller(u, v), w), larger(larger(u, v), w));
+        let size = triangle.extent().mul_add(self.reach(), a[2].abs());
+        let lateral = size.mul_add(EDGE_BY_SIZE, triangle.extent() * EDGE_BY_EXTENT);
+        let error = size.mul_add(lateral, LEAST_EDGE_ERROR);
+        if least <= -error && error <= most {
             return None;
         }
-        let sum = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
-        // Adding zero turns a negative zero into a positive one.
-        let t = sum / determinant * self.t_scale + 0.0;
-        let hit = TriangleHit { t, u: v / determinant, v: w / determinant, back: determinant < 0.0 };
-        let depth = larger(larger(a[2].abs(), b[2].abs()), c[2].abs());
-        let (size, off) = (determinant.abs(), depth * (OFF * self.t_scale));
-        // When the sum overflows, so does its bound.
-        let is_near =
-            NEAR * sum.abs() <= size * depth && (f32::INFINITY <= size * depth || t_min - off <= t && t <= t_max + off);
-        let is_unsure = is_near || UNSURE * size <= larger(larger(lost_u, lost_v), lost_w);
-        let better = if is_unsure { self.hit_in_double(triangle, hit.back) } else { None };
-        better.or(Some(hit)).filter(|hit| t_min <= hit.t && hit.t <= t_max && hit.t.is_finite())
+        if error <= least || most <= -error {
+            let determinant = u + v + w;
+            let sum = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
+            // Adding zero turns a negative zero into a positive one.
+            let t = sum / determinant * self.t_scale + 0.0;
+            let error = distance_error([a, b, c], lateral * LATERAL, size, determinant);
+            let most = sum.abs() * MOST_DISTANCE_ERROR;
+            if error <= most && most <= f32::MAX {
+                let hit = TriangleHit { t, u: v / determinant, v: w / determinant, back: determinant < 0.0 };
+                return (t_min <= t && t <= t_max && t.is_finite()).then_some(hit);
+            }
+            let error = error / determinant.abs() * (UNIT_ROUNDOFF * self.t_scale);
+            if t + error < t_min || t_max < t - error {
+                return None;
+            }
+        }
+        exact::hit(&self.ray, triangle, t_min, t_max)
     }
 
     /// The same in single precision throughout: what [`Precision::Fast`](super::Precision::Fast) is.
     #[inline]
     pub fn hit_fast(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
         let [a, b, c] = triangle.corners.map(|corner| self.project(corner));
-        let [(u, _), (v, _), (w, _)] = [edge(c, b), edge(a, c), edge(b, a)];
+        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         let determinant = u + v + w;
         let t = w.mul_add(c[2], v.mul_add(b[2], u * a[2])) / determinant * self.t_scale + 0.0;
@@ -109,41 +119,57 @@ impl Sheared {
         let is_hit = inside && t_min <= t && t <= t_max && t.is_finite();
         is_hit.then(|| TriangleHit { t, u: v / determinant, v: w / determinant, back: determinant < 0.0 })
     }
-
-    /// Where the ray meets the plane of the triangle, which it is known to meet, and from which side. `None` where even double precision sees no triangle.
-    #[cold]
-    fn hit_in_double(&self, triangle: &Triangle, back: bool) -> Option<TriangleHit> {
-        let point = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-        let (origin, direction) = (point(self.origin), point(self.direction));
-        let [a, b, c] = triangle.corners.map(|corner| point(corner) - origin);
-        let weight = |from: DVec3, to: DVec3| {
-            let edge = direction.dot(from.cross(to));
-            if back { (-edge).max(0.0) } else { edge.max(0.0) }
-        };
-        let (u, v, w) = (weight(c, b), weight(a, c), weight(b, a));
-        let (z, all) = (self.axes[2], u + v + w);
-        let t = (u * a[z] + v * b[z] + w * c[z]) / (all * direction[z]);
-        (all > 0.0).then(|| TriangleHit { t: t as f32 + 0.0, u: (v / all) as f32, v: (w / all) as f32, back })
-    }
 }
 
-/// On which side of an edge the ray passes, and the size of what may be lost of it: one of the two products.
+/// On which side of an edge the ray passes. Both products are rounded, never fused.
 #[inline(always)]
-fn edge(from: [f32; 3], to: [f32; 3]) -> (f32, f32) {
-    let product = from[1] * to[0];
-    (from[0] * to[1] - product, product.abs())
+fn edge(from: [f32; 3], to: [f32; 3]) -> f32 {
+    from[0] * to[1] - from[1] * to[0]
 }
 
-/// By how much the products may outweigh the sum of the edge functions before the weights are made in double precision: what is left of them after cancellation is then
-/// less than a sixteenth, four bits of 24.
-pub(crate) const UNSURE: f32 = 16.0;
+/// The error of an edge function is below 41 roundings of the lateral size times the size: how far the
+/// corners are across the ray, and in all. Some more, to be sure.
+const EDGE_ERROR: f32 = 48.0 * UNIT_ROUNDOFF;
 
-/// By how much the depth of a corner may outweigh that of the hit before the weights are made in double precision: they are as good as ever, but their errors count
-/// so many times.
-pub(crate) const NEAR: f32 = 64.0;
+/// The lateral size, times that error, is the sum of two parts: of a triangle that the ray meets, corners
+/// are at most twice its extent across the ray, ...
+pub(crate) const EDGE_BY_EXTENT: f32 = 2.0 * EDGE_ERROR;
+/// ... and as much farther as they may have been moved.
+pub(crate) const EDGE_BY_SIZE: f32 = 16.0 * UNIT_ROUNDOFF * EDGE_ERROR;
+/// What leads back to the lateral size itself.
+pub(crate) const LATERAL: f32 = 1.0 / EDGE_ERROR;
 
-/// By what part of the depth of a corner the distance of such a hit may be off, with room to spare.
-pub(crate) const OFF: f32 = 1.0 / (1 << 17) as f32;
+/// By how many extents the depth of any corner exceeds that of the first, and the lateral size the
+/// stray of a corner, at most.
+pub(crate) const REACH: f32 = 2.0;
+
+/// What is added to that, far above what products can lose when they are denormal.
+pub(crate) const LEAST_EDGE_ERROR: f32 = 16.0 * f32::MIN_POSITIVE;
+
+/// The error of a distance that counts as small enough, in roundings: [`DISTANCE_ERROR`], less what
+/// [`distance_error`] leaves out.
+pub(crate) const MOST_DISTANCE_ERROR: f32 = DISTANCE_ERROR / UNIT_ROUNDOFF - 24.0;
+
+/// By how many roundings the sum of the weighted depths may be off, over those that grow with the sum
+/// itself: what moves a corner across the ray counts by the slope of the triangle, and what is lost of
+/// a weight by the depth of the triangle.
+#[inline(always)]
+fn distance_error([a, b, c]: [[f32; 3]; 3], lateral: f32, size: f32, determinant: f32) -> f32 {
+    let [one, other] = [b, c].map(|corner| [corner[0] - a[0], corner[1] - a[1], corner[2] - a[2]]);
+    let across = |axis: usize| (-other[2]).mul_add(one[axis], one[2] * other[axis]).abs();
+    let (slope, depth) = (across(0) + across(1), one[2].abs() + other[2].abs());
+    let weights = determinant.abs().mul_add(DEPTH_BY_AREA, lateral * lateral * DEPTH_BY_LATERAL);
+    (slope * SLOPE_BY_SIZE).mul_add(size, depth.mul_add(weights, LEAST_DISTANCE_ERROR))
+}
+
+/// Roundings by which a corner is moved across the ray, as a multiple of the size of everything.
+pub(crate) const SLOPE_BY_SIZE: f32 = 9.0;
+/// Roundings of the products in the three weights, as a multiple of the squared lateral size.
+pub(crate) const DEPTH_BY_LATERAL: f32 = 6.0;
+/// Roundings of the weights, the depths and their sums, as a multiple of the determinant.
+pub(crate) const DEPTH_BY_AREA: f32 = 8.0;
+/// Far above what is lost of a sum that is denormal.
+pub(crate) const LEAST_DISTANCE_ERROR: f32 = 64.0 * f32::MIN_POSITIVE;
 
 /// The second where the first is not larger, or no number.
 #[inline(always)]
@@ -151,11 +177,10 @@ fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// An edge function that is zero only if the ray meets the edge's line. Rarely needed, so it stays out of the way.
-#[cold]
-fn exact_edge(from: [f32; 3], to: [f32; 3]) -> f32 {
-    let [from, to] = [from, to].map(|point| point.map(f64::from));
-    (from[0] * to[1] - from[1] * to[0]) as f32
+/// The second where the first is not smaller, or no number.
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// For exponents from -126 to 127.
@@ -166,6 +191,8 @@ fn power_of_two(exponent: i32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
 
     const FLOOR: Triangle = Triangle { corners: [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]] };

@@ -177,8 +177,7 @@ impl<F: Filter, G: Gather> InWorld<'_, F, G> {
         let mesh = &*self.world.meshes[record.mesh as usize];
         let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
         let tree = mesh.bvh.tree();
-        let lean = if WATERTIGHT { Lean::TRIANGLES } else { Lean::BARE };
-        let (lanes, sheared) = match RayLanes::new(isa, &quads, tree.around(), lean) {
+        let (lanes, sheared) = match RayLanes::new(isa, &quads, tree.around(), Lean::BARE) {
             Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::of_moderate(isa, &quads, &ray.local)),
             None => match safe(&ray.local, tree.around(), Lean::TRIANGLES) {
                 Some(safe) if safe.needs_care() => {

@@ -4,7 +4,7 @@ use super::ask::Rules;
 use super::gather_rows::GatherRows;
 use super::{Cull, Filter};
 use crate::geometry::slab::Lean;
-use crate::geometry::{Precision, Ray, Sheared, TriangleHit};
+use crate::geometry::{Precision, Ray, TriangleHit, exact};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel,
@@ -153,7 +153,7 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
                             isa,
                             self.rays,
                             axes,
-                            &corners,
+                            (&corners, block.extents()[lane & 3]),
                             (row, lanes),
                             self.gather.t_max(),
                         );
@@ -166,7 +166,7 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
                             self.gather.take(isa, row, &hits, primitive, self.counts.instance);
                         }
                         if hits.unsure != 0 {
-                            self.look_again(row, hits.unsure, primitive);
+                            self.test_exactly(row, hits.unsure, primitive);
                         }
                     }
                 }
@@ -217,16 +217,13 @@ impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATE
         is_nearer
     }
 
-    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar test.
+    /// Decides without rounding errors what single precision cannot.
     #[cold]
-    fn look_again(&mut self, row: usize, lanes: u16, primitive: u32) {
+    fn test_exactly(&mut self, row: usize, lanes: u16, primitive: u32) {
         for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
             let local = self.rays.ray(ray);
-            let hit = Sheared::new(&local).hit(
-                &self.mesh.triangles.get(primitive),
-                local.t_min,
-                self.gather.t_max().get(ray),
-            );
+            let triangle = self.mesh.triangles.get(primitive);
+            let hit = exact::hit(&local, &triangle, local.t_min, self.gather.t_max().get(ray));
             if let Some(hit) = hit.filter(|hit| self.counts.one(ray, hit, primitive)) {
                 self.gather.take_one(ray, &hit, primitive, self.counts.instance);
             }

@@ -94,9 +94,6 @@ pub(crate) trait Isa: Copy {
     fn with_last4(self, x: Self::F4, last: f32) -> Self::F4;
     /// One lane of four, in eight lanes.
     fn spread8<const LANE: i32>(self, x: Self::F4) -> Self::F8;
-    /// Of three numbers per lane: the lanes where none is above and none below zero while another is on the other side; and those where one is zero. A lane with a
-    /// zero may or may not be among the first.
-    fn sides4(self, x: Self::F4, y: Self::F4, z: Self::F4) -> (u8, u8);
     fn le4(self, a: Self::F4, b: Self::F4) -> u8;
     fn min4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     /// Three lanes; the fourth is zero. Nothing behind the three is read.
@@ -286,12 +283,6 @@ mod tests {
             ] {
                 out.extend(isa.store4(v).iter().map(|x| x.to_bits()));
             }
-            let sides = |a: [f32; 4], b: [f32; 4], c: [f32; 4]| isa.sides4(isa.load4(&a), isa.load4(&b), isa.load4(&c));
-            let (alike, zero) = sides([1.0, -2.0, -0.0, 3.0], [2.0, -1e-40, 1.0, 0.0], [1e-40, -1.0, 5.0, -7.0]);
-            assert_eq!((alike & !zero, zero), (0b0011, 0b1100));
-            let (alike, zero) =
-                sides([1.0, -2.0, 4.0, f32::INFINITY], [-2.0, 1e-40, 1.0, 1.0], [1e-40, -1.0, -5.0, 1.0]);
-            assert_eq!((alike, zero), (0b1000, 0));
             for v in [isa.permute4(y, &[2, 0, 1, 3]), isa.spread4::<0>(y), isa.spread4::<2>(y), isa.spread4::<3>(y)] {
                 out.extend(isa.store4(v).map(f32::to_bits));
             }

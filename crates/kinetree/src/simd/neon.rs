@@ -261,15 +261,6 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn sides4(self, x: float32x4_t, y: float32x4_t, z: float32x4_t) -> (u8, u8) {
-        let zero = self.splat4(0.0);
-        let signs = [self.signs4(x), self.signs4(y), self.signs4(z)];
-        let alike = (!(signs[0] | signs[1] | signs[2]) | signs[0] & signs[1] & signs[2]) & 15;
-        let zero = [self.lanes_eq4(x, zero), self.lanes_eq4(y, zero), self.lanes_eq4(z, zero)];
-        (alike, self.mask4(zero[0]) | self.mask4(zero[1]) | self.mask4(zero[2]))
-    }
-
-    #[inline(always)]
     fn load3(self, x: &[f32; 3]) -> float32x4_t {
         self.load4(&[x[0], x[1], x[2], 0.0])
     }

@@ -210,16 +210,6 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn sides4(self, x: [f32; 4], y: [f32; 4], z: [f32; 4]) -> (u8, u8) {
-        let zero = [0.0; 4];
-        let zero = mask(x, zero, |x, zero| x == zero)
-            | mask(y, zero, |y, zero| y == zero)
-            | mask(z, zero, |z, zero| z == zero);
-        let signs = [self.signs4(x), self.signs4(y), self.signs4(z)];
-        ((!(signs[0] | signs[1] | signs[2]) | signs[0] & signs[1] & signs[2]) & 15, zero)
-    }
-
-    #[inline(always)]
     fn first(self, x: [f32; 4]) -> f32 {
         x[0]
     }

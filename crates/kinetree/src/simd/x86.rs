@@ -191,21 +191,6 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn sides4(self, x: __m128, y: __m128, z: __m128) -> (u8, u8) {
-            // SAFETY: `self` proves AVX2. Twice the bits of a number are its bits without the sign.
-            unsafe {
-                let (x, y, z) = (_mm_castps_si128(x), _mm_castps_si128(y), _mm_castps_si128(z));
-                let any = _mm_or_si128(_mm_or_si128(x, y), z);
-                let all = _mm_and_si128(_mm_and_si128(x, y), z);
-                let least = _mm_min_epu32(_mm_min_epu32(_mm_add_epi32(x, x), _mm_add_epi32(y, y)), _mm_add_epi32(z, z));
-                let zero = _mm_cmpeq_epi32(least, _mm_setzero_si128());
-                let alike = _mm_or_si128(_mm_xor_si128(any, _mm_set1_epi32(-1)), all);
-                let (alike, zero) = (_mm_castsi128_ps(alike), _mm_castsi128_ps(zero));
-                (_mm_movemask_ps(alike) as u8, _mm_movemask_ps(zero) as u8)
-            }
-        }
-
-        #[inline(always)]
         fn first(self, x: __m128) -> f32 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm_cvtss_f32(x) }

@@ -1,7 +1,11 @@
-//! Four triangles against one ray: the watertight test, operation for operation as in [`Sheared::hit`], so that hits agree to the bit.
+//! Four triangles against one ray: the watertight test, operation for operation as in
+//! [`Sheared::hit`], so that hits agree to the bit.
 
 use super::RayQuads;
-use crate::geometry::{NEAR, OFF, OTHERS, Ray, Sheared, TriangleHit, UNSURE};
+use crate::geometry::{
+    DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
+    MOST_DISTANCE_ERROR, OTHERS, REACH, Ray, SLOPE_BY_SIZE, Sheared, TriangleHit, UNIT_ROUNDOFF, exact,
+};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
@@ -14,6 +18,8 @@ pub(crate) struct ShearedLanes<'a, I: Isa, const WATERTIGHT: bool> {
     shear: [I::F4; 3],
     t_scale: I::F4,
     t_min: I::F4,
+    /// See [`Sheared::reach`].
+    reach: f32,
 }
 
 impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
@@ -34,6 +40,7 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
             shear: [isa.splat4(shear[0]), isa.splat4(shear[1]), isa.splat4(shear[2])],
             t_scale: isa.splat4(t_scale),
             t_min: isa.splat4(ray.t_min),
+            reach: shear[2].abs().max(REACH),
         }
     }
 
@@ -55,6 +62,7 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
             shear: [isa.spread4::<0>(shear), isa.spread4::<1>(shear), isa.spread4::<3>(shear)],
             t_scale: isa.splat4(f32::from_bits((254 << 23) - unit)),
             t_min: isa.spread4::<3>(origin),
+            reach: REACH,
         }
     }
 
@@ -74,44 +82,62 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
         let a = self.project(isa, block, 0);
         let b = self.project(isa, block, 1);
         let c = self.project(isa, block, 2);
-        let ((u, lost_u), (v, lost_v), (w, lost_w)) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
-        let (inside, on_edge) = if WATERTIGHT { isa.sides4(u, v, w) } else { (sides(isa, u, v, w), 0) };
-        if inside | on_edge == 0 {
+        let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
+        let least = isa.min4(isa.min4(u, v), w);
+        let most = isa.max4(isa.max4(u, v), w);
+        if WATERTIGHT {
+            let extents = isa.load4(block.extents());
+            let size = isa.fused4(extents, isa.splat4(self.reach), isa.abs4(a[2]));
+            let lateral = isa.fused4(size, isa.splat4(EDGE_BY_SIZE), isa.mul4(extents, isa.splat4(EDGE_BY_EXTENT)));
+            let error = isa.fused4(size, lateral, isa.splat4(LEAST_EDGE_ERROR));
+            let minus = isa.sub4(isa.splat4(0.0), error);
+            // Corners that are no numbers, as those of unused lanes, are on no side.
+            let possible = !(isa.le4(least, minus) & isa.le4(error, most)) & block.lanes_in_use();
+            if possible == 0 {
+                return BlockHits::NONE;
+            }
+            let sure = possible & (isa.le4(error, least) | isa.le4(most, minus));
+            let determinant = isa.add4(isa.add4(u, v), w);
+            let sum = isa.fused4(w, c[2], isa.fused4(v, b[2], isa.mul4(u, a[2])));
+            let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
+            let t_max = isa.splat4(farthest);
+            let lateral = isa.mul4(lateral, isa.splat4(LATERAL));
+            let error = distance_error(isa, (a, b, c), (lateral, size), determinant);
+            let bound = isa.mul4(isa.abs4(sum), isa.splat4(MOST_DISTANCE_ERROR));
+            let close = sure & isa.le4(error, bound) & isa.le4(bound, isa.splat4(f32::MAX));
+            let mut unsure = possible & !close;
+            if unsure & sure != 0 {
+                let scale = isa.mul4(isa.splat4(UNIT_ROUNDOFF), self.t_scale);
+                let error = isa.mul4(isa.div4(error, isa.abs4(determinant)), scale);
+                let (nearest, farthest) = (isa.sub4(t, error), isa.add4(t, error));
+                // Without strictness: the bounds have room to spare.
+                let outside = isa.le4(farthest, self.t_min) & !isa.le4(self.t_min, farthest)
+                    | isa.le4(t_max, nearest) & !isa.le4(nearest, t_max);
+                unsure &= !(sure & outside);
+            }
+            let mask = close & isa.le4(self.t_min, t) & isa.le4(t, t_max);
+            if mask | unsure == 0 {
+                return BlockHits::NONE;
+            }
+            let mut hits = BlockHits::of(isa, mask, determinant, t, v, w);
+            if unsure != 0 {
+                hits.test_exactly(unsure, self.ray, block, farthest);
+            }
+            return hits;
+        }
+        let zero = isa.splat4(0.0);
+        let inside = isa.le4(zero, least) | isa.le4(most, zero);
+        if inside == 0 {
             return BlockHits::NONE;
         }
         let determinant = isa.add4(isa.add4(u, v), w);
         let sum = isa.fused4(w, c[2], isa.fused4(v, b[2], isa.mul4(u, a[2])));
         let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
-        let t_max = isa.splat4(farthest);
-        let mut unsure = on_edge;
-        if WATERTIGHT {
-            let lost = isa.max4(isa.max4(lost_u, lost_v), lost_w);
-            let size = isa.abs4(determinant);
-            let depth = isa.max4(isa.max4(isa.abs4(a[2]), isa.abs4(b[2])), isa.abs4(c[2]));
-            let bound = isa.mul4(size, depth);
-            let near = inside & isa.le4(isa.mul4(isa.splat4(NEAR), isa.abs4(sum)), bound);
-            unsure |= inside & isa.le4(isa.mul4(isa.splat4(UNSURE), size), lost);
-            if near != 0 {
-                let off = isa.mul4(depth, isa.mul4(isa.splat4(OFF), self.t_scale));
-                let in_bounds = isa.le4(isa.sub4(self.t_min, off), t) & isa.le4(t, isa.add4(t_max, off));
-                unsure |= near & (in_bounds | isa.le4(isa.splat4(f32::INFINITY), bound));
-            }
-        }
-        let mask = inside & isa.le4(self.t_min, t) & isa.le4(t, t_max) & !unsure;
-        if mask | unsure == 0 {
+        let mask = inside & isa.le4(self.t_min, t) & isa.le4(t, isa.splat4(farthest));
+        if mask == 0 {
             return BlockHits::NONE;
         }
-        let mut hits = BlockHits {
-            mask,
-            back: isa.signs4(determinant),
-            t: isa.store4(t),
-            u: isa.store4(isa.div4(v, determinant)),
-            v: isa.store4(isa.div4(w, determinant)),
-        };
-        if unsure != 0 {
-            hits.look_again(unsure, self.ray, block, farthest);
-        }
-        hits
+        BlockHits::of(isa, mask, determinant, t, v, w)
     }
 }
 
@@ -128,18 +154,30 @@ const ORDERS: [[[u32; 4]; 2]; 4] = {
     orders
 };
 
-/// Where all three are at least, or at most, zero.
+/// On which side of an edge the rays pass. Both products are rounded, never fused.
 #[inline(always)]
-fn sides<I: Isa>(isa: I, u: I::F4, v: I::F4, w: I::F4) -> u8 {
-    let (zero, least) = (isa.splat4(0.0), isa.min4(isa.min4(u, v), w));
-    isa.le4(zero, least) | isa.le4(isa.max4(isa.max4(u, v), w), zero)
+fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> I::F4 {
+    isa.sub4(isa.mul4(from[0], to[1]), isa.mul4(from[1], to[0]))
 }
 
-/// On which side of an edge the rays pass, and the size of what may be lost of it. Both products are rounded, never fused.
+/// See [`crate::geometry::watertight`].
 #[inline(always)]
-fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> (I::F4, I::F4) {
-    let product = isa.mul4(from[1], to[0]);
-    (isa.sub4(isa.mul4(from[0], to[1]), product), isa.abs4(product))
+fn distance_error<I: Isa>(
+    isa: I,
+    (a, b, c): ([I::F4; 3], [I::F4; 3], [I::F4; 3]),
+    (lateral, size): (I::F4, I::F4),
+    determinant: I::F4,
+) -> I::F4 {
+    let one = [isa.sub4(b[0], a[0]), isa.sub4(b[1], a[1]), isa.sub4(b[2], a[2])];
+    let other = [isa.sub4(c[0], a[0]), isa.sub4(c[1], a[1]), isa.sub4(c[2], a[2])];
+    let x = isa.abs4(isa.fused_less4(other[2], one[0], isa.mul4(one[2], other[0])));
+    let y = isa.abs4(isa.fused_less4(other[2], one[1], isa.mul4(one[2], other[1])));
+    let depth = isa.add4(isa.abs4(one[2]), isa.abs4(other[2]));
+    let lateral = isa.mul4(isa.mul4(lateral, lateral), isa.splat4(DEPTH_BY_LATERAL));
+    let weights = isa.fused4(isa.abs4(determinant), isa.splat4(DEPTH_BY_AREA), lateral);
+    let slope = isa.mul4(isa.add4(x, y), isa.splat4(SLOPE_BY_SIZE));
+    let depth = isa.fused4(depth, weights, isa.splat4(LEAST_DISTANCE_ERROR));
+    isa.fused4(slope, size, depth)
 }
 
 /// Which lanes of a block are hit, and where.
@@ -155,18 +193,28 @@ impl BlockHits {
     const NONE: Self = Self { mask: 0, back: 0, t: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
 
     #[inline(always)]
+    fn of<I: Isa>(isa: I, mask: u8, determinant: I::F4, t: I::F4, v: I::F4, w: I::F4) -> Self {
+        Self {
+            mask,
+            back: isa.signs4(determinant),
+            t: isa.store4(t),
+            u: isa.store4(isa.div4(v, determinant)),
+            v: isa.store4(isa.div4(w, determinant)),
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> TriangleHit {
         let lane = lane & 3;
         // Adding zero turns a negative zero into a positive one.
         TriangleHit { t: self.t[lane] + 0.0, u: self.u[lane], v: self.v[lane], back: self.back >> lane & 1 == 1 }
     }
 
-    /// Rays through an edge, or so far beside a triangle that an edge function vanishes, and those whose distance may be off, get the second try of the scalar twin.
+    /// Decides without rounding errors what single precision cannot.
     #[cold]
-    fn look_again(&mut self, lanes: u8, ray: &Ray, block: &TriangleBlock, t_max: f32) {
-        let (t_min, ray) = (ray.t_min, Sheared::new(ray));
+    fn test_exactly(&mut self, lanes: u8, ray: &Ray, block: &TriangleBlock, t_max: f32) {
         for lane in (0..block.count as usize).filter(|lane| lanes >> lane & 1 == 1) {
-            if let Some(hit) = ray.hit(&block.triangle(lane), t_min, t_max) {
+            if let Some(hit) = exact::hit(ray, &block.triangle(lane), ray.t_min, t_max) {
                 self.mask |= 1 << lane;
                 (self.t[lane], self.u[lane], self.v[lane]) = (hit.t, hit.u, hit.v);
                 self.back = self.back & !(1 << lane) | u8::from(hit.back) << lane;

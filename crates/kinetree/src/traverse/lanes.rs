@@ -6,7 +6,7 @@
 use glam::Vec3A;
 
 use crate::geometry::slab::{Lean, SafeRay};
-use crate::geometry::{Aabb, Affine, Ray, UNIT_ROUNDOFF};
+use crate::geometry::{AT_LEAST, Aabb, Affine, Ray, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::{LANES, NodeRows};
 
@@ -122,7 +122,7 @@ impl<I: Isa> RayLanes<I> {
             far_scale: spread(isa, far),
             far_offset: spread(isa, far_offset),
             near_side: sides(isa, direction),
-            t_min: isa.spread8::<3>(origin),
+            t_min: isa.mul8(isa.spread8::<3>(origin), isa.splat8(AT_LEAST)),
         })
     }
 
@@ -136,7 +136,7 @@ impl<I: Isa> RayLanes<I> {
             far_scale: splat(isa, far.scale),
             far_offset: splat(isa, Vec3A::splat(f32::MIN_POSITIVE) - far.offset),
             near_side: sides(isa, ray.direction),
-            t_min: isa.spread8::<3>(ray.origin),
+            t_min: isa.splat8(safe.t_min),
         }
     }
 

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::choose::{choose, choose_in_order, next};
 use super::{Boxes, Tally};
 use crate::arena::StackRoom;
+use crate::geometry::AT_MOST;
 use crate::simd::Isa;
 use crate::wide::{NodeRows, WideLink, WideTree};
 
@@ -32,7 +33,7 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
     let Some(rows) = tree.rows() else { return };
     let mut room = StackRoom::new();
     let mut stack = room.stack();
-    let mut limit = isa.splat8(after(visitor.t_max()));
+    let mut limit = isa.splat8(after(visitor.t_max() * AT_MOST));
     let mut link = WideLink::node(0);
     loop {
         let node = NodeRows(rows.at(link.place()));
@@ -46,7 +47,7 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
         };
         link = match first {
             Some(first) => first,
-            None => match next(&mut stack, visitor.t_max()) {
+            None => match next(&mut stack, visitor.t_max() * AT_MOST) {
                 Some(next) => next,
                 None => return,
             },
@@ -56,9 +57,9 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
             if visitor.leaf(isa, link, tally).is_break() {
                 return;
             }
-            let nearest = visitor.t_max();
-            limit = isa.splat8(after(nearest));
-            match next(&mut stack, nearest) {
+            let farthest = visitor.t_max() * AT_MOST;
+            limit = isa.splat8(after(farthest));
+            match next(&mut stack, farthest) {
                 Some(next) => link = next,
                 None => return,
             }

@@ -14,9 +14,11 @@ pub struct TriangleBlock {
     pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
     /// Numbers as the caller gave them; those of unused lanes are the same as the first.
     pub(crate) primitives: [u32; BLOCK],
+    /// See [`Triangle::extent`]; of unused lanes no numbers.
+    extents: [f32; BLOCK],
     /// Lanes in use come first.
     pub(crate) count: u32,
-    spare: [u32; 7],
+    spare: [u32; 3],
 }
 
 const _: () = assert!(size_of::<TriangleBlock>() == 192);
@@ -29,8 +31,9 @@ impl TriangleBlock {
         let mut block = Self {
             corners: [[[f32::NAN; BLOCK]; 3]; 3],
             primitives: [primitives[0]; BLOCK],
+            extents: [f32::NAN; BLOCK],
             count: primitives.len() as u32,
-            spare: [0; 7],
+            spare: [0; 3],
         };
         block.primitives[..primitives.len()].copy_from_slice(primitives);
         block.move_to(triangle_of);
@@ -47,8 +50,8 @@ impl TriangleBlock {
         for lane in 0..BLOCK {
             vertices[lane] = indices[numbers[lane] as usize];
         }
-        let nothing = isa.splat4(f32::NAN);
-        let mut corners = [[[0.0; BLOCK]; 3]; 3];
+        let nothing = isa.splat4(0.0);
+        let mut corners = [[nothing; 3]; 3];
         for corner in 0..3 {
             let [x, y, z, _] = isa.transpose4([
                 isa.load3(&positions[vertices[0][corner] as usize]),
@@ -56,13 +59,17 @@ impl TriangleBlock {
                 isa.load3(&positions[vertices[2][corner] as usize]),
                 isa.load3(&positions[vertices[3][corner] as usize]),
             ]);
-            corners[corner] = [
-                isa.store4(isa.first4(count as u32, x, nothing)),
-                isa.store4(isa.first4(count as u32, y, nothing)),
-                isa.store4(isa.first4(count as u32, z, nothing)),
-            ];
+            corners[corner] = [x, y, z];
         }
-        Self { corners, primitives: numbers, count: count as u32, spare: [0; 7] }
+        let mut block = Self {
+            corners: [[[0.0; BLOCK]; 3]; 3],
+            primitives: numbers,
+            extents: [0.0; BLOCK],
+            count: count as u32,
+            spare: [0; 3],
+        };
+        block.set_corners(isa, corners);
+        block
     }
 
     /// Fetches the corners again.
@@ -70,6 +77,7 @@ impl TriangleBlock {
     pub(crate) fn move_to(&mut self, triangle_of: impl Fn(u32) -> Triangle) {
         for lane in 0..self.count as usize {
             let triangle = triangle_of(self.primitives[lane]);
+            self.extents[lane] = triangle.extent();
             for corner in 0..3 {
                 for axis in 0..3 {
                     self.corners[corner][axis][lane] = triangle.corners[corner][axis];
@@ -87,6 +95,36 @@ impl TriangleBlock {
     #[inline(always)]
     pub(crate) fn rows(&self) -> &[[f32; BLOCK]; 12] {
         bytemuck::cast_ref(self)
+    }
+
+    /// The longest edges of the boxes of the triangles.
+    #[inline(always)]
+    pub(crate) fn extents(&self) -> &[f32; BLOCK] {
+        &self.extents
+    }
+
+    /// Writes the corners of all lanes, of which those in use count, and gives the box of each.
+    #[inline(always)]
+    pub(super) fn set_corners<I: Isa>(&mut self, isa: I, corners: [[I::F4; 3]; 3]) -> [[I::F4; 3]; 2] {
+        let nothing = isa.splat4(f32::NAN);
+        let (mut min, mut max) = (corners[0], corners[0]);
+        let mut extents = isa.splat4(0.0);
+        for axis in 0..3 {
+            for corner in 0..3 {
+                self.corners[corner][axis] = isa.store4(isa.first4(self.count, corners[corner][axis], nothing));
+                min[axis] = isa.min4(min[axis], corners[corner][axis]);
+                max[axis] = isa.max4(max[axis], corners[corner][axis]);
+            }
+            extents = isa.max4(isa.sub4(max[axis], min[axis]), extents);
+        }
+        self.extents = isa.store4(isa.first4(self.count, extents, nothing));
+        [min, max]
+    }
+
+    /// A bit for each lane in use.
+    #[inline(always)]
+    pub(crate) fn lanes_in_use(&self) -> u8 {
+        0b1111 >> (BLOCK as u32 - self.count & 3)
     }
 
     /// Numbers of the triangles.

@@ -3,7 +3,7 @@
 use super::super::lanes::MODERATE;
 use super::rays::{Column, PACKET, RayPacket, lanes_of, size};
 use crate::geometry::slab::Lean;
-use crate::geometry::{Aabb, SafeRay, UNIT_ROUNDOFF};
+use crate::geometry::{AT_LEAST, AT_MOST, Aabb, SafeRay, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::WideNode;
 
@@ -123,7 +123,8 @@ impl PacketPlanes {
             if lanes_of(set, row) == 0 {
                 continue;
             }
-            let (mut entry, mut exit) = (isa.load16(&t_min.0[row]), isa.load16(&t_max.0[row]));
+            let mut entry = isa.mul16(isa.load16(&t_min.0[row]), isa.splat16(AT_LEAST));
+            let mut exit = isa.mul16(isa.load16(&t_max.0[row]), isa.splat16(AT_MOST));
             for axis in 0..3 {
                 let (near_scale, near_offset) = (&self.near_scale[axis].0[row], &self.near_offset[axis].0[row]);
                 let (far_scale, far_offset) = (&self.far_scale[axis].0[row], &self.far_offset[axis].0[row]);

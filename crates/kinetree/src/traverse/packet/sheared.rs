@@ -1,8 +1,12 @@
-//! One triangle against sixteen rays: the watertight test, operation for operation as in [`Sheared::hit`](crate::geometry::Sheared::hit), so that hits agree to the bit.
+//! One triangle against sixteen rays: the watertight test, operation for operation as in
+//! [`Sheared::hit`](crate::geometry::Sheared::hit), so that hits agree to the bit.
 
 use super::super::ShearedLanes;
 use super::rays::{Column, RayPacket};
-use crate::geometry::{NEAR, OFF, Ray, UNSURE};
+use crate::geometry::{
+    DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
+    MOST_DISTANCE_ERROR, REACH, Ray, SLOPE_BY_SIZE, UNIT_ROUNDOFF,
+};
 use crate::simd::Isa;
 
 /// A packet whose rays have become axes.
@@ -17,7 +21,7 @@ pub(crate) struct ShearedPacket {
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<I: Isa> {
     pub(crate) lanes: u16,
-    /// Lanes that need the second look of the scalar test; not in `lanes`.
+    /// Lanes that only exact arithmetic can decide; not in `lanes`.
     pub(crate) unsure: u16,
     pub(crate) back: u16,
     pub(crate) t: I::F16,
@@ -106,7 +110,7 @@ impl ShearedPacket {
         isa: I,
         rays: &RayPacket,
         axes: [usize; 3],
-        corners: &[[I::F16; 3]; 3],
+        (corners, extent): (&[[I::F16; 3]; 3], f32),
         (row, lanes): (usize, u16),
         t_max: &Column,
     ) -> RowHits<I> {
@@ -118,37 +122,51 @@ impl ShearedPacket {
         let a = project(isa, &corners[0], &origin, &shear);
         let b = project(isa, &corners[1], &origin, &shear);
         let c = project(isa, &corners[2], &origin, &shear);
-        let ((u, lost_u), (v, lost_v), (w, lost_w)) = (edge(isa, &c, &b), edge(isa, &a, &c), edge(isa, &b, &a));
+        let (u, v, w) = (edge(isa, &c, &b), edge(isa, &a, &c), edge(isa, &b, &a));
+        let least = isa.min16(isa.min16(u, v), w);
+        let most = isa.max16(isa.max16(u, v), w);
         let zero = isa.splat16(0.0);
-        let front = isa.le16(zero, u) & isa.le16(zero, v) & isa.le16(zero, w);
-        let back = isa.le16(u, zero) & isa.le16(v, zero) & isa.le16(w, zero);
-        let inside = (front | back) & lanes;
+        let (mut lateral, mut size) = (zero, zero);
+        let (possible, sure) = if WATERTIGHT {
+            let reach = isa.max16(isa.abs16(shear[2]), isa.splat16(REACH));
+            size = isa.fused16(isa.splat16(extent), reach, isa.abs16(a[2]));
+            lateral = isa.fused16(size, isa.splat16(EDGE_BY_SIZE), isa.splat16(extent * EDGE_BY_EXTENT));
+            let error = isa.fused16(size, lateral, isa.splat16(LEAST_EDGE_ERROR));
+            let minus = isa.sub16(zero, error);
+            let possible = !(isa.le16(least, minus) & isa.le16(error, most)) & lanes;
+            (possible, possible & (isa.le16(error, least) | isa.le16(most, minus)))
+        } else {
+            let inside = (isa.le16(zero, least) | isa.le16(most, zero)) & lanes;
+            (inside, inside)
+        };
         let determinant = isa.add16(isa.add16(u, v), w);
-        if inside == 0 {
+        let back = isa.le16(determinant, zero);
+        if possible == 0 {
             return RowHits { lanes: 0, unsure: 0, back, t: zero, v, w, determinant };
         }
         let sum = isa.fused16(w, c[2], isa.fused16(v, b[2], isa.mul16(u, a[2])));
         let t_scale = isa.load16(&self.t_scale.0[row]);
         let t = isa.mul16(isa.div16(sum, determinant), t_scale);
         let (t_min, t_max) = (isa.load16(&rays.t_min.0[row]), isa.load16(&t_max.0[row]));
-        let mut unsure = 0;
+        let (mut close, mut unsure) = (sure, 0);
         if WATERTIGHT {
-            let on_edge = isa.eq16(u, zero) | isa.eq16(v, zero) | isa.eq16(w, zero);
-            let lost = isa.max16(isa.max16(lost_u, lost_v), lost_w);
-            let size = isa.abs16(determinant);
-            let depth = isa.max16(isa.max16(isa.abs16(a[2]), isa.abs16(b[2])), isa.abs16(c[2]));
-            let bound = isa.mul16(size, depth);
-            let near = inside & isa.le16(isa.mul16(isa.splat16(NEAR), isa.abs16(sum)), bound);
-            unsure = inside & (on_edge | isa.le16(isa.mul16(isa.splat16(UNSURE), size), lost));
-            if near != 0 {
-                let off = isa.mul16(depth, isa.mul16(isa.splat16(OFF), t_scale));
-                let in_bounds = isa.le16(isa.sub16(t_min, off), t) & isa.le16(t, isa.add16(t_max, off));
-                unsure |= near & (in_bounds | isa.le16(isa.splat16(f32::INFINITY), bound));
+            let lateral = isa.mul16(lateral, isa.splat16(LATERAL));
+            let error = distance_error(isa, (&a, &b, &c), (lateral, size), determinant);
+            let bound = isa.mul16(isa.abs16(sum), isa.splat16(MOST_DISTANCE_ERROR));
+            close &= isa.le16(error, bound) & isa.le16(bound, isa.splat16(f32::MAX));
+            unsure = possible & !close;
+            if unsure & sure != 0 {
+                let scale = isa.mul16(isa.splat16(UNIT_ROUNDOFF), t_scale);
+                let error = isa.mul16(isa.div16(error, isa.abs16(determinant)), scale);
+                let (nearest, farthest) = (isa.sub16(t, error), isa.add16(t, error));
+                let outside = isa.le16(farthest, t_min) & !isa.le16(t_min, farthest)
+                    | isa.le16(t_max, nearest) & !isa.le16(nearest, t_max);
+                unsure &= !(sure & outside);
             }
         }
         let met = isa.le16(t_min, t) & isa.le16(t, t_max) & isa.le16(t, isa.splat16(f32::MAX));
         // Adding zero turns a negative zero into a positive one.
-        RowHits { lanes: inside & met & !unsure, unsure, back, t: isa.add16(t, zero), v, w, determinant }
+        RowHits { lanes: close & met, unsure, back, t: isa.add16(t, zero), v, w, determinant }
     }
 }
 
@@ -159,7 +177,26 @@ fn project<I: Isa>(isa: I, corner: &[I::F16; 3], origin: &[I::F16; 3], shear: &[
 }
 
 #[inline(always)]
-fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> (I::F16, I::F16) {
-    let product = isa.mul16(from[1], to[0]);
-    (isa.sub16(isa.mul16(from[0], to[1]), product), isa.abs16(product))
+fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> I::F16 {
+    isa.sub16(isa.mul16(from[0], to[1]), isa.mul16(from[1], to[0]))
+}
+
+/// See [`crate::geometry::watertight`].
+#[inline(always)]
+fn distance_error<I: Isa>(
+    isa: I,
+    (a, b, c): (&[I::F16; 3], &[I::F16; 3], &[I::F16; 3]),
+    (lateral, size): (I::F16, I::F16),
+    determinant: I::F16,
+) -> I::F16 {
+    let one = [isa.sub16(b[0], a[0]), isa.sub16(b[1], a[1]), isa.sub16(b[2], a[2])];
+    let other = [isa.sub16(c[0], a[0]), isa.sub16(c[1], a[1]), isa.sub16(c[2], a[2])];
+    let x = isa.abs16(isa.fused_less16(other[2], one[0], isa.mul16(one[2], other[0])));
+    let y = isa.abs16(isa.fused_less16(other[2], one[1], isa.mul16(one[2], other[1])));
+    let depth = isa.add16(isa.abs16(one[2]), isa.abs16(other[2]));
+    let lateral = isa.mul16(isa.mul16(lateral, lateral), isa.splat16(DEPTH_BY_LATERAL));
+    let weights = isa.fused16(isa.abs16(determinant), isa.splat16(DEPTH_BY_AREA), lateral);
+    let slope = isa.mul16(isa.add16(x, y), isa.splat16(SLOPE_BY_SIZE));
+    let depth = isa.fused16(depth, weights, isa.splat16(LEAST_DISTANCE_ERROR));
+    isa.fused16(slope, size, depth)
 }

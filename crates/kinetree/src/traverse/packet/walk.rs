@@ -5,6 +5,7 @@ use super::interval::Interval;
 use super::planes::PacketPlanes;
 use super::rays::{Column, RayPacket};
 use crate::arena::StackRoom;
+use crate::geometry::AT_MOST;
 use crate::simd::Isa;
 use crate::tree::MAX_DEPTH;
 use crate::wide::{LANES, WIDE_STACK, WideLink, WideTree};
@@ -46,7 +47,7 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     visitor: &mut V,
 ) {
     let nodes = tree.nodes();
-    let mut farthest = visitor.t_max().largest(isa, interval.set);
+    let mut farthest = visitor.t_max().largest(isa, interval.set) * AT_MOST;
     if nodes.is_empty() || farthest < 0.0 {
         return;
     }
@@ -86,7 +87,7 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
                 break (place + 1, link.node_index(), set);
             }
             if visitor.leaf(isa, link, set) {
-                farthest = visitor.t_max().largest(isa, interval.set);
+                farthest = visitor.t_max().largest(isa, interval.set) * AT_MOST;
                 if farthest < 0.0 {
                     return;
                 }

@@ -101,8 +101,8 @@ impl Kernel for Sweep<'_> {
 /// Fetches the corners of a block, and gives its box: the one that [`TriangleBlock::bounds`] gives.
 #[inline(always)]
 fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, positions: &[[f32; 3]]) -> TwoCorners {
-    let nothing = isa.splat4(f32::NAN);
-    let (mut min, mut max) = ([nothing; 3], [nothing; 3]);
+    let zero = isa.splat4(0.0);
+    let mut rows = [[zero; 3]; 3];
     for corner in 0..3 {
         let [a, b, c, d] = corners[corner];
         let [a, b, c, d] = [
@@ -112,15 +112,9 @@ fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, posi
             isa.load3(&positions[d as usize]),
         ];
         let [x, y, z, _] = isa.transpose4([a, b, c, d]);
-        let rows = [x, y, z];
-        for axis in 0..3 {
-            block.corners[corner][axis] = isa.store4(isa.first4(block.count, rows[axis], nothing));
-            // The second operand is taken where the first is no number: at the first corner.
-            min[axis] = isa.min4(min[axis], rows[axis]);
-            max[axis] = isa.max4(max[axis], rows[axis]);
-        }
+        rows[corner] = [x, y, z];
     }
-    let zero = isa.splat4(0.0);
+    let [min, max] = block.set_corners(isa, rows);
     let mut largest = zero;
     for axis in 0..3 {
         largest = isa.max4(isa.sub4(max[axis], min[axis]), largest);
