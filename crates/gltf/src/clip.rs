@@ -118,10 +118,7 @@ impl Reader<'_> {
 
     /// Of the mesh of a node.
     fn target_count(&self, node: usize) -> usize {
-        let mesh = self.document.root.nodes[node].mesh;
-        let mesh = mesh.and_then(|mesh| self.document.root.meshes.get(mesh.value()));
-        let targets = |primitive: &json::mesh::Primitive| primitive.targets.as_ref().map_or(0, Vec::len);
-        mesh.map_or(0, |mesh| mesh.primitives.iter().map(targets).max().unwrap_or(0))
+        self.document.root.nodes[node].mesh.map_or(0, |mesh| self.document.target_count(mesh.value()))
     }
 
     fn keys(

@@ -14,6 +14,8 @@ pub(crate) struct Document {
     pub(crate) root: Root,
     /// Of each material, metres; 0 for a surface that is infinitely thin (KHR_materials_volume).
     pub(crate) thickness: Vec<f32>,
+    /// Of each mesh, as [`Document::target_count`] gives it.
+    target_counts: Vec<usize>,
 }
 
 const FOLLOWED_EXTENSIONS: [&str; 7] = [
@@ -56,7 +58,8 @@ impl Document {
             }
             notes.add(|| format!("the required extension {name} is ignored: it only changes how surfaces reflect"));
         }
-        Ok(Self { root, thickness })
+        let target_counts = root.meshes.iter().map(target_count).collect();
+        Ok(Self { root, thickness, target_counts })
     }
 
     /// What `from` refers to.
@@ -67,6 +70,12 @@ impl Document {
         let all: &[T] = self.root.as_ref();
         let missing = || Problem::NoSuch { from: from.clone(), kind, index: index.value(), count: all.len() };
         all.get(index.value()).ok_or_else(missing)
+    }
+
+    /// How many morph targets a mesh has: as many as that primitive which has most, whether or not it can be shown.
+    /// Targets, weights and key frames all go by this count.
+    pub(crate) fn target_count(&self, mesh: usize) -> usize {
+        self.target_counts.get(mesh).copied().unwrap_or(0)
     }
 
     pub(crate) fn node_item(&self, index: usize) -> Item {
@@ -80,6 +89,11 @@ impl Document {
     pub(crate) fn material_item(&self, index: usize) -> Item {
         Item::named("material", index, self.root.materials.get(index).and_then(|material| material.name.as_ref()))
     }
+}
+
+fn target_count(mesh: &json::Mesh) -> usize {
+    let of_primitive = |primitive: &json::mesh::Primitive| primitive.targets.as_ref().map_or(0, Vec::len);
+    mesh.primitives.iter().map(of_primitive).max().unwrap_or(0)
 }
 
 fn thickness(value: &Value) -> Vec<f32> {

@@ -24,6 +24,7 @@ pub(crate) struct Geometry {
     pub(crate) normals: Option<Vec<[f32; 3]>>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) skin: Option<Skin>,
+    /// As many as [`Document::target_count`] says.
     pub(crate) targets: Vec<MorphTarget>,
     pub(crate) surface: Surface,
 }
@@ -115,9 +116,9 @@ impl Meshes<'_> {
         self.give_all_normals(&mut blocks, &mut pieces, &item)?;
         // What one primitive has, all are given, if only as zeros.
         let vertices: u64 = blocks.iter().flatten().map(|block| block.count() as u64).sum();
-        let per_vertex = blocks.iter().flatten().map(Vertices::numbers_per_vertex).max().unwrap_or(0);
-        self.budget.spend_numbers(vertices.saturating_mul(per_vertex), &item)?;
-        Ok((!pieces.is_empty()).then(|| joined(blocks, &pieces, &item, notes)))
+        let targets = self.document.target_count(index);
+        self.budget.spend_numbers(vertices.saturating_mul(crate::vertices::numbers_per_vertex(targets)), &item)?;
+        Ok((!pieces.is_empty()).then(|| joined(blocks, &pieces, targets, &item, notes)))
     }
 
     fn coordinate_set(&self, primitive: &Primitive) -> u32 {
@@ -161,7 +162,7 @@ impl Meshes<'_> {
         for piece in pieces.iter_mut().filter(|piece| lacking[piece.block]) {
             let Some(block) = &blocks[piece.block] else { continue };
             let corners = 3 * piece.triangles.len() as u64;
-            self.budget.spend_numbers(corners.saturating_mul(block.numbers_per_vertex()), item)?;
+            self.budget.spend_numbers(corners.saturating_mul(crate::vertices::numbers_per_vertex(block.targets.len())), item)?;
             let flat = block.flat(&piece.triangles);
             piece.triangles = (0..piece.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
             piece.block = blocks.len();
@@ -175,7 +176,13 @@ impl Meshes<'_> {
 }
 
 /// One mesh of all pieces. The blocks that are left stand one after the other.
-fn joined(blocks: Vec<Option<Vertices>>, pieces: &[Piece], item: &Item, notes: &mut Notes) -> Geometry {
+fn joined(
+    blocks: Vec<Option<Vertices>>,
+    pieces: &[Piece],
+    target_count: usize,
+    item: &Item,
+    notes: &mut Notes,
+) -> Geometry {
     let mut first_vertex = Vec::with_capacity(blocks.len());
     let mut count = 0;
     for block in &blocks {
@@ -214,14 +221,18 @@ fn joined(blocks: Vec<Option<Vertices>>, pieces: &[Piece], item: &Item, notes: &
     let weights = blocks.iter_mut().map(|block| block.skin.as_mut().map(|skin| std::mem::take(&mut skin.weights)));
     let weights = concatenated(weights, &counts, FIRST_JOINT.1);
     let skin = joints.zip(weights).map(|(joints, weights)| Skin { joints, weights });
-    let targets = targets(&mut blocks, &counts, normals.is_some());
+    let targets = targets(&mut blocks, target_count, &counts, normals.is_some());
     Geometry { positions, normals, triangles, skin, targets, surface: Surface { parts, uvs, colors } }
 }
 
 /// A primitive that has fewer targets than another is not moved by those that it lacks.
-fn targets(blocks: &mut [Vertices], counts: &[usize], with_normals: bool) -> Vec<MorphTarget> {
-    let most = blocks.iter().map(|block| block.targets.len()).max().unwrap_or(0);
-    (0..most)
+fn targets(
+    blocks: &mut [Vertices],
+    target_count: usize,
+    counts: &[usize],
+    with_normals: bool,
+) -> Vec<MorphTarget> {
+    (0..target_count)
         .map(|i| {
             let positions = blocks.iter_mut().map(|block| block.targets.get_mut(i)?.positions.take());
             let positions = concatenated(positions, counts, [0.0; 3]);

@@ -102,10 +102,6 @@ impl Vertices {
         self.positions.len()
     }
 
-    pub(crate) fn numbers_per_vertex(&self) -> u64 {
-        20 + 6 * self.targets.len() as u64
-    }
-
     /// The corners of some triangles, each with a vertex of its own, and with the normal of its triangle.
     pub(crate) fn flat(&self, triangles: &[[u32; 3]]) -> Self {
         let corners = triangles.as_flattened();
@@ -126,6 +122,11 @@ impl Vertices {
             targets: self.targets.iter().map(target).collect(),
         }
     }
+}
+
+/// How many numbers the memory of a vertex with so many morph targets holds.
+pub(crate) fn numbers_per_vertex(targets: usize) -> u64 {
+    20 + 6 * targets as u64
 }
 
 /// RGB or RGBA.

@@ -5,6 +5,7 @@ mod files;
 mod geometry;
 mod hostile;
 mod looks;
+mod regressions;
 mod scenes;
 mod skins;
 mod writer;
