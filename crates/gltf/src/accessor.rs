@@ -5,14 +5,10 @@
 
 use std::sync::Arc;
 
-use gltf::json::Index;
-use gltf::json::accessor::{Accessor, ComponentType, IndexComponentType, Type, sparse::Sparse};
-use gltf::json::buffer::View;
-use gltf::json::validation::Checked;
-
 use crate::budget::Budget;
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::json::{Accessor, ComponentType, Index, Shape, Sparse, View};
 
 /// Reads accessors of one file.
 pub(crate) struct Accessors<'a> {
@@ -45,7 +41,7 @@ impl<'a> Accessors<'a> {
     pub(crate) fn floats<const N: usize>(
         &self,
         index: Index<Accessor>,
-        shape: Type,
+        shape: Shape,
         from: &Item,
     ) -> Result<Vec<[f32; N]>, Problem> {
         let (accessor, item) = self.accessor(index, shape, from)?;
@@ -72,7 +68,7 @@ impl<'a> Accessors<'a> {
     pub(crate) fn integers<const N: usize>(
         &self,
         index: Index<Accessor>,
-        shape: Type,
+        shape: Shape,
         from: &Item,
     ) -> Result<Vec<[u32; N]>, Problem> {
         let (accessor, item) = self.accessor(index, shape, from)?;
@@ -85,34 +81,34 @@ impl<'a> Accessors<'a> {
     }
 
     /// How many numbers each element of an accessor has.
-    pub(crate) fn shape(&self, index: Index<Accessor>, from: &Item) -> Result<Type, Problem> {
-        match self.document.get(index, "accessor", from)?.type_ {
-            Checked::Valid(shape) => Ok(shape),
-            Checked::Invalid => Err(Item::new("accessor", index.value()).invalid("has an unknown type")),
+    pub(crate) fn shape(&self, index: Index<Accessor>, from: &Item) -> Result<Shape, Problem> {
+        match self.document.get(index, "accessor", from)?.shape {
+            Shape::Unknown => Err(Item::new("accessor", index.value()).invalid("has an unknown type")),
+            shape => Ok(shape),
         }
     }
 
     /// The bytes of a buffer view.
     pub(crate) fn view(&self, index: Index<View>, from: &Item) -> Result<&'a [u8], Problem> {
         let view = self.document.get(index, "buffer view", from)?;
-        let item = Item::named("buffer view", index.value(), view.name.as_ref());
+        let item = Item::named("buffer view", index.value(), view.name.as_deref());
         self.document.get(view.buffer, "buffer", &item)?;
         let bytes: &'a [u8] = &self.buffers[view.buffer.value()];
-        let start = view.byte_offset.map_or(0, |offset| offset.0);
-        let end = start.checked_add(view.byte_length.0).filter(|&end| end <= bytes.len() as u64);
+        let start = view.byte_offset;
+        let end = start.checked_add(view.byte_length).filter(|&end| end <= bytes.len() as u64);
         match end {
             Some(end) => Ok(&bytes[start as usize..end as usize]),
             None => Err(item.invalid("lies beyond its buffer")),
         }
     }
 
-    fn accessor(&self, index: Index<Accessor>, shape: Type, from: &Item) -> Result<(&'a Accessor, Item), Problem> {
+    fn accessor(&self, index: Index<Accessor>, shape: Shape, from: &Item) -> Result<(&'a Accessor, Item), Problem> {
         let accessor = self.document.get(index, "accessor", from)?;
-        let item = Item::named("accessor", index.value(), accessor.name.as_ref());
-        match accessor.type_ {
-            Checked::Valid(found) if found == shape => Ok((accessor, item)),
-            Checked::Valid(found) => Err(item.invalid(format!("is {found:?}, where {shape:?} is needed by {from}"))),
-            Checked::Invalid => Err(item.invalid("has an unknown type")),
+        let item = Item::named("accessor", index.value(), accessor.name.as_deref());
+        match accessor.shape {
+            found if found == shape => Ok((accessor, item)),
+            Shape::Unknown => Err(item.invalid("has an unknown type")),
+            found => Err(item.invalid(format!("is {found:?}, where {shape:?} is needed by {from}"))),
         }
     }
 
@@ -122,25 +118,22 @@ impl<'a> Accessors<'a> {
         item: &Item,
         decode: impl Fn([u8; S]) -> T + Copy,
     ) -> Result<Vec<[T; N]>, Problem> {
-        let count = accessor.count.0;
+        let count = accessor.count;
         self.budget.spend_numbers(count.saturating_mul(N as u64), item)?;
         let element = |bytes: &[u8]| -> [T; N] {
             std::array::from_fn(|i| decode(bytes[i * S..][..S].try_into().expect("a slice of S has S bytes")))
         };
         let mut values = match accessor.buffer_view {
-            Some(view) => {
-                let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
-                self.elements(view, offset, count, N * S, item)?.iter().map(element).collect()
-            }
+            Some(view) => self.elements(view, accessor.byte_offset, count, N * S, item)?.iter().map(element).collect(),
             None => vec![[T::default(); N]; count as usize],
         };
         if let Some(sparse) = &accessor.sparse {
-            if sparse.count.0 > count {
+            if sparse.count > count {
                 return Err(item.invalid("replaces more elements than it has"));
             }
             let places = self.sparse_indices(sparse, item)?;
-            let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset.0);
-            let replacements = self.elements(view, offset, sparse.count.0, N * S, item)?;
+            let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset);
+            let replacements = self.elements(view, offset, sparse.count, N * S, item)?;
             for (place, bytes) in places.zip(replacements.iter()) {
                 let length = values.len();
                 let value = values.get_mut(place as usize);
@@ -151,12 +144,14 @@ impl<'a> Accessors<'a> {
     }
 
     fn sparse_indices(&self, sparse: &Sparse, item: &Item) -> Result<impl Iterator<Item = u32> + use<'a>, Problem> {
-        let size = match sparse.indices.component_type {
-            Checked::Valid(IndexComponentType(component)) => component.size(),
-            Checked::Invalid => return Err(item.invalid("has sparse indices of an unknown type")),
+        let size = match ComponentType::of(sparse.indices.component_type) {
+            Some(ComponentType::U8) => 1,
+            Some(ComponentType::U16) => 2,
+            Some(ComponentType::U32) => 4,
+            _ => return Err(item.invalid("has sparse indices of an unknown type")),
         };
         let indices = &sparse.indices;
-        let elements = self.elements(indices.buffer_view, indices.byte_offset.0, sparse.count.0, size, item)?;
+        let elements = self.elements(indices.buffer_view, indices.byte_offset, sparse.count, size, item)?;
         Ok(elements.iter().map(|bytes| bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte))))
     }
 
@@ -170,21 +165,21 @@ impl<'a> Accessors<'a> {
         item: &Item,
     ) -> Result<Elements<'a>, Problem> {
         let bytes = self.view(view, item)?;
-        let stride = self.document.get(view, "buffer view", item)?.byte_stride.map_or(size, |stride| stride.0);
-        if stride < size {
+        let stride = self.document.get(view, "buffer view", item)?.byte_stride.unwrap_or(size as u64);
+        if stride < size as u64 {
             return Err(item.invalid(format!("has elements of {size} bytes that are only {stride} bytes apart")));
         }
         let end = match count.checked_sub(1) {
             None => Some(0),
             Some(gaps) => gaps
-                .checked_mul(stride as u64)
+                .checked_mul(stride)
                 .and_then(|start_of_last| start_of_last.checked_add(size as u64))
                 .and_then(|length| length.checked_add(offset)),
         };
         match end {
             Some(end) if end <= bytes.len() as u64 => {
                 let bytes = if count == 0 { &[] } else { &bytes[offset as usize..end as usize] };
-                Ok(Elements { bytes, size, stride, count: count as usize })
+                Ok(Elements { bytes, size, stride: stride as usize, count: count as usize })
             }
             _ => Err(item.invalid("lies beyond its buffer view")),
         }
@@ -192,8 +187,5 @@ impl<'a> Accessors<'a> {
 }
 
 fn component_type(accessor: &Accessor, item: &Item) -> Result<ComponentType, Problem> {
-    match accessor.component_type {
-        Checked::Valid(component) => Ok(component.0),
-        Checked::Invalid => Err(item.invalid("has an unknown component type")),
-    }
+    ComponentType::of(accessor.component_type).ok_or_else(|| item.invalid("has an unknown component type"))
 }

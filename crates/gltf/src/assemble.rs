@@ -3,26 +3,26 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use gltf::json::Node;
 use kinetree::{Affine, EditError, Mesh, MeshId, Motion, NodeId, Scene};
-use kinetree_render::{Alpha, Animation, CameraSource, LightSource, Look, Scatter, Still, World};
+use kinetree_render::{Animation, CameraSource, LightSource, Look, Still, Surface, World};
 
 use crate::budget::Budget;
 use crate::clip::Clip;
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::json::Node;
 use crate::material::Materials;
 use crate::mesh::{Geometry, Meshes};
 use crate::nodes::Hierarchy;
 use crate::notes::Notes;
-use crate::player::{Body, Mover, Player};
+use crate::player::{Body, Mover, Player, Skinned};
 use crate::skeleton::{Bones, Skin};
-use crate::{cameras, lights};
+use crate::{cameras, instancing, lights};
 
 /// Everything that has been read but the meshes.
 pub(crate) struct Parts<'a> {
     pub(crate) document: &'a Document,
-    pub(crate) hierarchy: &'a Hierarchy,
+    pub(crate) hierarchy: &'a Hierarchy<'a>,
     pub(crate) clip: Clip,
     pub(crate) meshes: Meshes<'a>,
     pub(crate) budget: &'a Budget,
@@ -48,7 +48,16 @@ struct Bend {
 }
 
 /// A bend that does not depend on the animation but through its skin: nodes with the same one share a mesh.
-type SharedBend = (usize, Option<usize>, Vec<u32>);
+#[derive(PartialEq, Eq, Hash)]
+struct SharedBend {
+    mesh: usize,
+    skin: Option<usize>,
+    /// The bits of the weights.
+    weights: Vec<u32>,
+    is_mirrored: bool,
+    /// The node, where the animation may decide whether it mirrors.
+    resized: Option<usize>,
+}
 
 struct Assembly<'a> {
     parts: Parts<'a>,
@@ -61,7 +70,10 @@ struct Assembly<'a> {
     shapes: Vec<Option<Shape>>,
     /// From a skin of the file to the player's.
     skins: HashMap<usize, usize>,
-    shared: HashMap<SharedBend, MeshId>,
+    /// To the player's bodies.
+    shared: HashMap<SharedBend, usize>,
+    /// For every node whether the animation may change the size of it or of a node above it.
+    resized: Vec<bool>,
 }
 
 /// Puts a world together.
@@ -69,6 +81,7 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
     let (document, hierarchy) = (parts.document, parts.hierarchy);
     let moves = hierarchy.below(parts.clip.nodes.keys().copied());
     let bones = Bones::new(hierarchy, joints_in_use(document, hierarchy)?);
+    let resized = hierarchy.below(parts.clip.resized());
     let player = Player { duration: parts.clip.duration, movers: vec![], bones, skins: vec![], bodies: vec![] };
     let mut assembly = Assembly {
         parts,
@@ -81,6 +94,7 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
         shapes: Vec::new(),
         skins: HashMap::new(),
         shared: HashMap::new(),
+        resized,
     };
     assembly.read_shapes(notes)?;
     assembly.read_skins()?;
@@ -90,12 +104,16 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
     assembly.finish()
 }
 
-/// The joints of all skins of the scene.
-fn joints_in_use(document: &Document, hierarchy: &Hierarchy) -> Result<impl Iterator<Item = usize>, Problem> {
+/// The joints of all skins of the scene, and the nodes that have skins.
+fn joints_in_use(document: &Document, hierarchy: &Hierarchy<'_>) -> Result<impl Iterator<Item = usize>, Problem> {
     let mut seen = HashSet::new();
     let mut joints = Vec::new();
     for (index, node) in document.root.nodes.iter().enumerate().filter(|&(index, _)| hierarchy.in_scene[index]) {
-        let Some(skin) = node.skin.filter(|skin| seen.insert(skin.value())) else { continue };
+        let Some(skin) = node.skin else { continue };
+        joints.push(index);
+        if !seen.insert(skin.value()) {
+            continue;
+        }
         let item = document.node_item(index);
         for &joint in &document.get(skin, "skin", &item)?.joints {
             document.get(joint, "node", &Item::new("skin", skin.value()))?;
@@ -109,8 +127,8 @@ impl<'a> Assembly<'a> {
     /// The nodes of the scene, parents first.
     fn nodes(&self) -> impl Iterator<Item = (usize, &'a Node)> + use<'a> {
         let (document, hierarchy) = (self.parts.document, self.parts.hierarchy);
-        let shown = hierarchy.order.iter().filter(|&&index| hierarchy.in_scene[index]);
-        shown.map(|&index| (index, &document.root.nodes[index]))
+        let shown = hierarchy.parents_first().filter(|&index| hierarchy.in_scene[index]);
+        shown.map(|index| (index, &document.root.nodes[index]))
     }
 
     /// Reads every mesh that is shown, in the order of the file.
@@ -127,10 +145,7 @@ impl<'a> Assembly<'a> {
             let geometry = if shown { self.parts.meshes.read(index, &mut self.materials, notes)? } else { None };
             let shape = geometry.map(|mut geometry| {
                 let surface = std::mem::take(&mut geometry.surface);
-                let opaque = surface.parts.iter().all(|part| {
-                    let material = self.materials.get(part.material);
-                    material.alpha == Alpha::Opaque && material.scatter == Scatter::Diffuse
-                });
+                let opaque = !has_holes(&surface, &self.materials);
                 self.look.surfaces.push(surface);
                 let surface = self.look.surfaces.len() as u32 - 1;
                 Shape { geometry, surface, opaque, rigid: None, models: HashMap::new() }
@@ -155,10 +170,10 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// For every node whether, and how, it bends its mesh.
-    fn bends(&self, notes: &mut Notes) -> Result<Vec<Option<Bend>>, Problem> {
+    /// The nodes that bend their mesh, and how.
+    fn bends(&self, notes: &mut Notes) -> Result<HashMap<usize, Bend>, Problem> {
         let document = self.parts.document;
-        let mut bends: Vec<Option<Bend>> = document.root.nodes.iter().map(|_| None).collect();
+        let mut bends = HashMap::new();
         for (index, node) in self.nodes() {
             let Some((mesh, shape)) = node.mesh.and_then(|m| Some((m.value(), self.shapes[m.value()].as_ref()?)))
             else {
@@ -180,7 +195,7 @@ impl<'a> Assembly<'a> {
             let weights = self.rest_weights(node, mesh, shape.geometry.targets.len(), &item, notes)?;
             let morphs = self.parts.clip.weights.contains_key(&index) || weights.iter().any(|&weight| weight != 0.0);
             if skin.is_some() || (morphs && !weights.is_empty()) {
-                bends[index] = Some(Bend { skin, weights: if morphs { weights } else { Vec::new() } });
+                bends.insert(index, Bend { skin, weights: if morphs { weights } else { Vec::new() } });
             }
         }
         Ok(bends)
@@ -197,7 +212,7 @@ impl<'a> Assembly<'a> {
     ) -> Result<Vec<f32>, Problem> {
         self.parts.budget.spend_numbers(targets as u64, item)?;
         let given = node.weights.as_ref().or(self.parts.document.root.meshes[mesh].weights.as_ref());
-        let mut weights = given.cloned().unwrap_or_else(|| vec![0.0; targets]);
+        let mut weights = given.map_or_else(|| vec![0.0; targets], |weights| weights.to_vec());
         if weights.len() != targets {
             notes.add(|| format!("{item} has {} weights for {targets} morph targets", weights.len()));
             weights.resize(targets, 0.0);
@@ -209,9 +224,9 @@ impl<'a> Assembly<'a> {
     }
 
     /// A mesh that is placed by any moving node is rigid, the others are static.
-    fn motions_of_rigid(&self, bends: &[Option<Bend>], moves: &[bool]) -> Vec<Motion> {
+    fn motions_of_rigid(&self, bends: &HashMap<usize, Bend>, moves: &[bool]) -> Vec<Motion> {
         let mut motions = vec![Motion::Static; self.shapes.len()];
-        for (_, node) in self.nodes().filter(|&(index, _)| moves[index] && bends[index].is_none()) {
+        for (_, node) in self.nodes().filter(|&(index, _)| moves[index] && !bends.contains_key(&index)) {
             if let Some(mesh) = node.mesh {
                 motions[mesh.value()] = Motion::Rigid;
             }
@@ -221,43 +236,91 @@ impl<'a> Assembly<'a> {
 
     fn add_nodes(
         &mut self,
-        mut bends: Vec<Option<Bend>>,
+        mut bends: HashMap<usize, Bend>,
         motions: &[Motion],
         notes: &mut Notes,
     ) -> Result<(), Problem> {
         let (document, hierarchy) = (self.parts.document, self.parts.hierarchy);
-        let mut ids: Vec<Option<NodeId>> = vec![None; hierarchy.parent.len()];
-        for (index, node) in self.nodes() {
+        let bears = |(_, node): &(usize, &Node)| node.mesh.is_some() || node.camera.is_some() || node.light().is_some();
+        let bears = hierarchy.above(self.nodes().filter(bears).map(|(index, _)| index));
+        let mut ids: Vec<Option<NodeId>> = vec![None; hierarchy.len()];
+        for (index, node) in self.nodes().filter(|&(index, _)| bears[index]) {
             let item = document.node_item(index);
-            let parent = hierarchy.parent[index].and_then(|parent| ids[parent]).unwrap_or(self.scene.root());
-            let id = self.scene.add_node(parent, hierarchy.local[index].affine()).map_err(refused(&item))?;
-            ids[index] = Some(id);
-            if let Some(light) = lights::light_of(document, node, &item, notes)? {
-                self.lights.push(LightSource { node: Some(id), light });
-            }
-            if let Some((name, camera)) = cameras::camera_of(document, node, &item, notes)? {
-                self.cameras.push(CameraSource { name, node: Some(id), camera });
-            }
-            let Some(mesh) = node.mesh.map(|mesh| mesh.value()) else { continue };
-            let Some((surface, opaque)) = self.shapes[mesh].as_ref().map(|shape| (shape.surface, shape.opaque)) else {
-                continue;
+            let parent = hierarchy.parent(index).and_then(|parent| ids[parent]).unwrap_or(self.scene.root());
+            let (local, bend) = (hierarchy.local(index).affine(), bends.remove(&index));
+            let light = lights::light_of(document, node, &item, notes)?;
+            let camera = cameras::camera_of(document, node, &item, notes)?;
+            // A mesh on which nothing hangs, and which does not move, needs no node to stand where it does.
+            let is_needed = light.is_some()
+                || camera.is_some()
+                || node.instancing().is_some()
+                || self.parts.clip.nodes.contains_key(&index)
+                || node.children().any(|child| bears[child.value()]);
+            let (place, from_instance) = if is_needed {
+                let id = self.scene.add_node(parent, local).map_err(refused(&item))?;
+                ids[index] = Some(id);
+                self.lights.extend(light.map(|light| LightSource { node: Some(id), light }));
+                self.cameras.extend(camera.map(|(name, camera)| CameraSource { name, node: Some(id), camera }));
+                (id, Affine::IDENTITY)
+            } else {
+                (parent, local)
             };
-            let bend = bends[index].take();
-            // The joints say where a skinned mesh is; the place of its node counts for nothing.
-            let skinned = bend.as_ref().is_some_and(|bend| bend.skin.is_some());
-            let place = if skinned { self.scene.root() } else { id };
-            let mesh = match bend {
-                None => self.rigid(mesh, motions[mesh])?,
-                Some(bend) => self.bent(index, mesh, bend)?,
-            };
-            let instance = self.scene.add_instance(place, mesh, Affine::IDENTITY).map_err(refused(&item))?;
-            self.scene.set_user_id(instance, surface).map_err(refused(&item))?;
-            self.scene.set_opaque(instance, opaque).map_err(refused(&item))?;
+            if let Some(mesh) = node.mesh {
+                self.add_instances(mesh.value(), index, bend, (place, from_instance), motions, notes)?;
+            }
         }
         for (node, channels) in std::mem::take(&mut self.parts.clip.nodes) {
-            let (bone, rest) = (self.player.bones.of_node(node), hierarchy.local[node].parts());
+            let (bone, rest) = (self.player.bones.of_node(node), hierarchy.local(node).parts());
             if ids[node].is_some() || bone.is_some() {
                 self.player.movers.push(Mover { node: ids[node], bone, rest, channels, placed: None });
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the instances of the mesh of a node: one that stands so and so relative to a node of the scene, or as many as
+    /// the node has.
+    fn add_instances(
+        &mut self,
+        mesh: usize,
+        node: usize,
+        bend: Option<Bend>,
+        (place, from_instance): (NodeId, Affine),
+        motions: &[Motion],
+        notes: &mut Notes,
+    ) -> Result<(), Problem> {
+        let item = self.parts.document.node_item(node);
+        let instancing = self.parts.document.root.nodes[node].instancing();
+        let Some((surface, opaque)) = self.shapes[mesh].as_ref().map(|shape| (shape.surface, shape.opaque)) else {
+            return Ok(());
+        };
+        // The joints say where a skinned mesh is; the place of its node counts for nothing.
+        let skinned = bend.as_ref().is_some_and(|bend| bend.skin.is_some());
+        let (place, from_instance) =
+            if skinned { (self.scene.root(), Affine::IDENTITY) } else { (place, from_instance) };
+        let (mesh, body) = match bend {
+            None => (self.rigid(mesh, motions[mesh])?, None),
+            Some(bend) => {
+                let body = self.bent(node, mesh, bend)?;
+                (self.player.bodies[body].mesh, Some(body))
+            }
+        };
+        let placements = match instancing {
+            Some(instancing) if !skinned => {
+                instancing::placements(instancing, self.parts.meshes.accessors, self.parts.budget, &item)?
+            }
+            Some(_) => {
+                notes.ignored("instancing of a skinned mesh", "it stands where its joints are", Some(&item));
+                vec![from_instance]
+            }
+            None => vec![from_instance],
+        };
+        for placement in placements {
+            let instance = self.scene.add_instance(place, mesh, placement).map_err(refused(&item))?;
+            self.scene.set_user_id(instance, surface).map_err(refused(&item))?;
+            self.scene.set_opaque(instance, opaque).map_err(refused(&item))?;
+            if let Some(skinned) = body.and_then(|body| self.player.bodies[body].skinned.as_mut()) {
+                skinned.instances.push(instance);
             }
         }
         Ok(())
@@ -277,13 +340,21 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn bent(&mut self, node: usize, mesh: usize, bend: Bend) -> Result<MeshId, Problem> {
+    /// The place of a body among those of the player.
+    fn bent(&mut self, node: usize, mesh: usize, bend: Bend) -> Result<usize, Problem> {
         let item = self.parts.document.mesh_item(mesh);
         let Bend { skin, weights } = bend;
         let keys = self.parts.clip.weights.remove(&node).filter(|_| !weights.is_empty());
-        let shared = keys.is_none().then(|| (mesh, skin, weights.iter().map(|weight| weight.to_bits()).collect()));
-        if let Some(&id) = shared.as_ref().and_then(|shared: &SharedBend| self.shared.get(shared)) {
-            return Ok(id);
+        let node_bone = self.player.bones.of_node(node).filter(|_| skin.is_some());
+        let shared = keys.is_none().then(|| SharedBend {
+            mesh,
+            skin,
+            weights: weights.iter().map(|weight| weight.to_bits()).collect(),
+            is_mirrored: node_bone.is_some_and(|bone| self.player.bones.is_mirrored(bone)),
+            resized: Some(node).filter(|_| node_bone.is_some() && self.resized[node]),
+        });
+        if let Some(&body) = shared.as_ref().and_then(|shared| self.shared.get(shared)) {
+            return Ok(body);
         }
         let shape = self.shapes[mesh].as_mut().expect("only meshes with triangles are added");
         self.parts.budget.spend_numbers(shape.geometry.numbers(), &item)?;
@@ -297,11 +368,18 @@ impl<'a> Assembly<'a> {
             }
         };
         let id = self.scene.add_mesh(model, Motion::Deforming).map_err(refused(&item))?;
+        let body = self.player.bodies.len();
         if let Some(shared) = shared {
-            self.shared.insert(shared, id);
+            self.shared.insert(shared, body);
         }
-        self.player.bodies.push(Body { mesh: id, skin, weights, keys, posed_with: None });
-        Ok(id)
+        let skinned = skin.zip(node_bone).map(|(skin, node_bone)| Skinned {
+            skin,
+            node_bone,
+            instances: Vec::new(),
+            is_mirrored: false,
+        });
+        self.player.bodies.push(Body { mesh: id, skinned, weights, keys, posed_with: None });
+        Ok(body)
     }
 
     /// The world, at its first moment.
@@ -318,6 +396,12 @@ impl<'a> Assembly<'a> {
         let Self { scene, look, lights, cameras, .. } = self;
         Ok(World { scene, look: Arc::new(look), lights, cameras, motion })
     }
+}
+
+/// Whether a ray can pass through a triangle because of its alpha: only then do filters have to be asked.
+fn has_holes(surface: &Surface, materials: &Materials<'_>) -> bool {
+    let vertex_alpha = surface.colors.iter().fold(1.0_f32, |least, color| least.min(color[3]));
+    surface.parts.iter().any(|part| materials.has_holes(part.material, vertex_alpha))
 }
 
 fn refused(item: &Item) -> impl Fn(EditError) -> Problem + '_ {

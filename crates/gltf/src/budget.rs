@@ -11,7 +11,6 @@ use crate::error::{Item, Problem};
 pub(crate) struct Budget {
     /// Numbers: components of vectors, keys and indices.
     numbers: Cell<u64>,
-    texels: Cell<u64>,
 }
 
 impl Budget {
@@ -19,24 +18,15 @@ impl Budget {
     const NUMBERS_AT_LEAST: u64 = 1 << 24;
     /// Files without a crowd of deformed copies stay below two.
     const NUMBERS_PER_BYTE: u64 = 16;
-    /// A gigabyte.
-    const TEXELS: u64 = 1 << 28;
 
     pub(crate) fn for_bytes(bytes: u64) -> Self {
         let numbers = bytes.saturating_mul(Self::NUMBERS_PER_BYTE).saturating_add(Self::NUMBERS_AT_LEAST);
-        Self { numbers: Cell::new(numbers), texels: Cell::new(Self::TEXELS) }
+        Self { numbers: Cell::new(numbers) }
     }
 
     pub(crate) fn spend_numbers(&self, count: u64, item: &Item) -> Result<(), Problem> {
-        spend(&self.numbers, count, item)
+        let left = self.numbers.get().checked_sub(count).ok_or_else(|| Problem::TooLarge(item.clone()))?;
+        self.numbers.set(left);
+        Ok(())
     }
-
-    pub(crate) fn spend_texels(&self, count: u64, item: &Item) -> Result<(), Problem> {
-        spend(&self.texels, count, item)
-    }
-}
-
-fn spend(left: &Cell<u64>, count: u64, item: &Item) -> Result<(), Problem> {
-    left.set(left.get().checked_sub(count).ok_or_else(|| Problem::TooLarge(item.clone()))?);
-    Ok(())
 }

@@ -1,11 +1,11 @@
 //! Cameras, as pinholes.
 
-use gltf::json::Node;
 use kinetree::Affine;
 use kinetree_render::Camera;
 
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::json::Node;
 use crate::notes::Notes;
 
 /// Vertical field of view in place of one that makes no picture, radians.
@@ -20,7 +20,7 @@ pub(crate) fn camera_of(
 ) -> Result<Option<(String, Camera)>, Problem> {
     let Some(index) = node.camera else { return Ok(None) };
     let camera = document.get(index, "camera", node_item)?;
-    let item = Item::named("camera", index.value(), camera.name.as_ref());
+    let item = Item::named("camera", index.value(), camera.name.as_deref());
     let fov_y = match &camera.perspective {
         None => {
             notes.add(|| format!("{item} has no perspective, and is given one"));
@@ -32,6 +32,6 @@ pub(crate) fn camera_of(
             ORDINARY_VIEW
         }
     };
-    let name = camera.name.as_ref().or(node.name.as_ref()).cloned().unwrap_or_default();
+    let name = camera.name.as_deref().or(node.name.as_deref()).unwrap_or_default().to_owned();
     Ok(Some((name, Camera { world_from_camera: Affine::IDENTITY, fov_y })))
 }

@@ -1,21 +1,17 @@
-//! One animation of the file: for every node that it moves, the keys.
+//! The animations that are played: for every node that they move, the keys.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
-
-use gltf::json;
-use gltf::json::accessor::Type;
-use gltf::json::animation::{Channel, Interpolation as InterpolationJson, Property};
-use gltf::json::validation::Checked;
 
 use crate::accessor::Accessors;
 use crate::document::Document;
 use crate::error::{Item, Problem, Quoted};
+use crate::json::{Animation, Channel, Interpolation as InterpolationJson, Path, Shape};
 use crate::keys::{Interpolation, Keys};
 use crate::notes::Notes;
-use crate::{Clip as Choice, Options};
+use crate::{Clip as Choice, ClipInfo, Options};
 
-/// What an animation does. Times start with 0.
+/// What the animations do. Times start with 0.
 #[derive(Default)]
 pub(crate) struct Clip {
     /// By node.
@@ -24,6 +20,8 @@ pub(crate) struct Clip {
     pub(crate) weights: BTreeMap<usize, Keys>,
     /// Seconds.
     pub(crate) duration: f64,
+    /// All animations of the file.
+    pub(crate) all: Vec<ClipInfo>,
 }
 
 /// What an animation does to the placement of a node.
@@ -35,7 +33,7 @@ pub(crate) struct Channels {
 }
 
 impl Clip {
-    /// Reads the chosen animation; that of a file without any does nothing.
+    /// Reads the chosen animations; a file without any has a clip that does nothing.
     pub(crate) fn read(
         document: &Document,
         accessors: &Accessors<'_>,
@@ -43,68 +41,140 @@ impl Clip {
         notes: &mut Notes,
     ) -> Result<Self, Problem> {
         let animations = &document.root.animations;
-        let (index, asked) = match &options.clip {
-            Choice::Index(0) if animations.is_empty() => return Ok(Self::default()),
-            Choice::Index(index) => (Some(*index), index.to_string()),
-            Choice::Name(name) => {
-                let named = |animation: &json::Animation| animation.name.as_ref() == Some(name);
-                (animations.iter().position(named), Quoted::new(name).to_string())
-            }
-        };
-        let animation = index.and_then(|index| Some((index, animations.get(index)?)));
-        let Some((index, animation)) = animation else {
-            return Err(Problem::NoClip { asked, count: animations.len() });
-        };
-        let item = Item::named("animation", index, animation.name.as_ref());
-        let mut reader = Reader { document, accessors, animation, item, times: HashMap::new() };
+        let is_played = chosen(document, &options.clip)?;
+        if options.clip == Choice::Together && animations.len() > 1 {
+            note_choice(document, &is_played, notes);
+        }
         let mut clip = Self::default();
-        for (place, channel) in animation.channels.iter().enumerate() {
-            reader.read(place, channel, &mut clip, notes)?;
+        let mut times = HashMap::new();
+        for (index, animation) in animations.iter().enumerate() {
+            let name = animation.name.as_deref().map(str::to_owned);
+            clip.all.push(ClipInfo { name, is_played: is_played[index] });
+            if !is_played[index] {
+                continue;
+            }
+            let item = document.animation_item(index);
+            let mut reader = Reader { document, accessors, animation, item, times: &mut times };
+            for (place, channel) in animation.channels.iter().enumerate() {
+                reader.read(place, channel, &mut clip, notes)?;
+            }
         }
         Ok(clip)
+    }
+
+    /// The nodes whose size changes, which may mirror what is below them.
+    pub(crate) fn resized(&self) -> impl Iterator<Item = usize> {
+        self.nodes.iter().filter(|(_, channels)| channels.scale.is_some()).map(|(&node, _)| node)
+    }
+}
+
+/// More than anybody reads.
+const MOST_NAMES: usize = 20;
+
+/// For every animation whether it is played.
+fn chosen(document: &Document, choice: &Choice) -> Result<Vec<bool>, Problem> {
+    let animations = &document.root.animations;
+    let (index, asked) = match choice {
+        Choice::Together => return Ok(compatible(document)),
+        Choice::Index(0) if animations.is_empty() => return Ok(Vec::new()),
+        Choice::Index(index) => (Some(*index), index.to_string()),
+        Choice::Name(name) => {
+            let place = animations.iter().position(|animation| animation.name.as_deref() == Some(name));
+            (place, Quoted::new(name).to_string())
+        }
+    };
+    let Some(index) = index.filter(|&index| index < animations.len()) else {
+        let known = (0..animations.len()).take(MOST_NAMES).map(|index| label(document, index)).collect();
+        return Err(Problem::NoClip { asked, count: animations.len(), known });
+    };
+    Ok((0..animations.len()).map(|other| other == index).collect())
+}
+
+/// The first animation, and every other that moves nothing that one before it moves.
+fn compatible(document: &Document) -> Vec<bool> {
+    let mut moved: HashSet<(usize, Path)> = HashSet::new();
+    let targets = |animation: &Animation| {
+        let known = animation.channels.iter().filter(|channel| channel.target.path != Path::Unknown);
+        known.filter_map(|channel| Some((channel.target.node?.value(), channel.target.path))).collect::<Vec<_>>()
+    };
+    let animations = document.root.animations.iter();
+    animations
+        .map(|animation| {
+            let targets = targets(animation);
+            let is_free = targets.iter().all(|target| !moved.contains(target));
+            if is_free {
+                moved.extend(targets);
+            }
+            is_free
+        })
+        .collect()
+}
+
+fn note_choice(document: &Document, is_played: &[bool], notes: &mut Notes) {
+    notes.add(|| {
+        let played: Vec<usize> = (0..is_played.len()).filter(|&index| is_played[index]).collect();
+        let names: Vec<String> = played.iter().take(MOST_NAMES).map(|&index| label(document, index)).collect();
+        let more = played.len() - names.len();
+        let names = names.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() };
+        let verb = if played.len() == 1 { "is played" } else { "are played together" };
+        let others = if played.len() < is_played.len() { "; the others move what these move" } else { "" };
+        format!("of {} animations, {names} {verb}{others}", is_played.len())
+    });
+}
+
+/// Such as `1 "walk"`.
+fn label(document: &Document, index: usize) -> String {
+    match &document.root.animations[index].name {
+        Some(name) => format!("{index} {}", Quoted::new(name)),
+        None => index.to_string(),
     }
 }
 
 struct Reader<'a> {
     document: &'a Document,
     accessors: &'a Accessors<'a>,
-    animation: &'a json::Animation,
+    animation: &'a Animation,
     item: Item,
     /// By accessor; most channels share theirs.
-    times: HashMap<usize, Arc<[f32]>>,
+    times: &'a mut HashMap<usize, Arc<[f32]>>,
 }
 
 impl Reader<'_> {
     fn read(&mut self, place: usize, channel: &Channel, clip: &mut Clip, notes: &mut Notes) -> Result<(), Problem> {
         let item = self.item.clone();
         let mut ignore = |why: &str| notes.add(|| format!("{item}: channel {place} {why}, and is ignored"));
-        let Checked::Valid(property) = channel.target.path else {
-            ignore("moves something unknown");
+        let path = channel.target.path;
+        let Some(node) = channel.target.node else {
+            notes.ignored("a channel without a node", "what only extensions animate stands still", Some(&item));
             return Ok(());
         };
-        let node = channel.target.node.value();
-        self.document.get(channel.target.node, "node", &item)?;
-        let width = match property {
-            Property::Translation | Property::Scale => 3,
-            Property::Rotation => 4,
-            Property::MorphTargetWeights => self.target_count(node),
+        self.document.get(node, "node", &item)?;
+        let node = node.value();
+        let width = match path {
+            Path::Translation | Path::Scale => 3,
+            Path::Rotation => 4,
+            Path::Weights => self.target_count(node),
+            Path::Unknown => {
+                notes.ignored("a channel for an unknown property", "it moves nothing", Some(&item));
+                return Ok(());
+            }
         };
         if width == 0 {
             ignore("moves the morph targets of a node that has none");
             return Ok(());
         }
-        let Some(keys) = self.keys(place, channel, property, width)? else {
+        let Some(keys) = self.keys(place, channel, width)? else {
             ignore("has no keys");
             return Ok(());
         };
         let end = keys.end();
-        let taken = if property == Property::MorphTargetWeights {
+        let taken = if path == Path::Weights {
             clip.weights.insert(node, keys).is_some()
         } else {
             let channels = clip.nodes.entry(node).or_default();
-            let slot = match property {
-                Property::Translation => &mut channels.translation,
-                Property::Rotation => &mut channels.rotation,
+            let slot = match path {
+                Path::Translation => &mut channels.translation,
+                Path::Rotation => &mut channels.rotation,
                 _ => &mut channels.scale,
             };
             slot.replace(keys).is_some()
@@ -121,39 +191,35 @@ impl Reader<'_> {
         self.document.root.nodes[node].mesh.map_or(0, |mesh| self.document.target_count(mesh.value()))
     }
 
-    fn keys(
-        &mut self,
-        place: usize,
-        channel: &Channel,
-        property: Property,
-        width: usize,
-    ) -> Result<Option<Keys>, Problem> {
+    fn keys(&mut self, place: usize, channel: &Channel, width: usize) -> Result<Option<Keys>, Problem> {
         let samplers = &self.animation.samplers;
-        let (from, count) = (&self.item, samplers.len());
-        let missing = || Problem::NoSuch { from: from.clone(), kind: "sampler", index: channel.sampler.value(), count };
-        let sampler = samplers.get(channel.sampler.value()).ok_or_else(missing)?;
+        let (from, index) = (&self.item, channel.sampler as usize);
+        let missing = || Problem::NoSuch { from: from.clone(), kind: "sampler", index, count: samplers.len() };
+        let sampler = samplers.get(index).ok_or_else(missing)?;
         let interpolation = match sampler.interpolation {
-            Checked::Valid(InterpolationJson::Step) => Interpolation::Step,
-            Checked::Valid(InterpolationJson::Linear) => Interpolation::Linear,
-            Checked::Valid(InterpolationJson::CubicSpline) => Interpolation::CubicSpline,
-            Checked::Invalid => return Err(from.invalid(format!("has an unknown interpolation in channel {place}"))),
+            InterpolationJson::Step => Interpolation::Step,
+            InterpolationJson::Linear => Interpolation::Linear,
+            InterpolationJson::CubicSpline => Interpolation::CubicSpline,
+            InterpolationJson::Unknown => {
+                return Err(from.invalid(format!("has an unknown interpolation in channel {place}")));
+            }
         };
         let times = match self.times.get(&sampler.input.value()) {
             Some(times) => Arc::clone(times),
             None => {
-                let times = self.accessors.floats::<1>(sampler.input, Type::Scalar, from)?;
+                let times = self.accessors.floats::<1>(sampler.input, Shape::Scalar, from)?;
                 let times: Arc<[f32]> = times.into_flattened().into();
                 self.times.insert(sampler.input.value(), Arc::clone(&times));
                 times
             }
         };
-        let values = match property {
-            Property::Translation | Property::Scale => {
-                self.accessors.floats::<3>(sampler.output, Type::Vec3, from)?.into_flattened()
+        let values = match channel.target.path {
+            Path::Translation | Path::Scale => {
+                self.accessors.floats::<3>(sampler.output, Shape::Vec3, from)?.into_flattened()
             }
-            Property::Rotation => self.accessors.floats::<4>(sampler.output, Type::Vec4, from)?.into_flattened(),
-            Property::MorphTargetWeights => {
-                self.accessors.floats::<1>(sampler.output, Type::Scalar, from)?.into_flattened()
+            Path::Rotation => self.accessors.floats::<4>(sampler.output, Shape::Vec4, from)?.into_flattened(),
+            Path::Weights | Path::Unknown => {
+                self.accessors.floats::<1>(sampler.output, Shape::Scalar, from)?.into_flattened()
             }
         };
         if times.is_empty() {

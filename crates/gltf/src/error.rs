@@ -86,12 +86,14 @@ pub enum Problem {
     #[error("asks for more data than a file of its size can hold, first in {0}")]
     TooLarge(Item),
     /// The asked-for animation is not there.
-    #[error("has no animation {asked}: it has {count}")]
+    #[error("has no animation {asked}: it has {}", known_clips(.known, *.count))]
     NoClip {
         /// The index or name.
         asked: String,
         /// How many it has.
         count: usize,
+        /// The first of them, such as `0 "walk"`.
+        known: Vec<String>,
     },
     /// The scene did not take what the file says.
     #[error("{item} cannot become part of a scene: {error}")]
@@ -119,8 +121,8 @@ impl Item {
         Self { kind, index, name: None }
     }
 
-    pub(crate) fn named(kind: &'static str, index: usize, name: Option<&String>) -> Self {
-        Self { kind, index, name: name.cloned() }
+    pub(crate) fn named(kind: &'static str, index: usize, name: Option<&str>) -> Self {
+        Self { kind, index, name: name.map(shortened) }
     }
 
     pub(crate) fn invalid(&self, reason: impl Into<String>) -> Problem {
@@ -166,6 +168,11 @@ fn shortened(text: &str) -> String {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
     }
+}
+
+fn known_clips(known: &[String], count: usize) -> String {
+    let more = if known.len() < count { format!(" and {} more", count - known.len()) } else { String::new() };
+    if count == 0 { "none".to_owned() } else { format!("{count}: {}{more}", known.join(", ")) }
 }
 
 fn one_line(path: &Path) -> String {

@@ -1,51 +1,52 @@
-//! Images as textures: PNG and JPEG, each decoded once.
+//! Textures: images that materials have asked for, each read once and then kept as it is sampled.
+//!
+//! An image that is missing, damaged or too large costs the texture, not the scene: materials do without, and a note
+//! says why.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::Cursor;
 
-use gltf::json::texture::{MagFilter, MinFilter, Sampler, Texture as TextureJson, WrappingMode};
-use gltf::json::validation::Checked;
-use gltf::json::{Image, Index};
-use image::error::ImageError;
-use image::{ImageReader, Limits};
 use kinetree_render::{Filter, Texture, Wrap};
 
 use crate::accessor::Accessors;
-use crate::budget::Budget;
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::json::{self, Index, Sampler};
 use crate::notes::Notes;
+use crate::pixels::Encoded;
 use crate::source::Source;
-
-/// Pixels along either side; more is taken for an attack.
-const LARGEST_SIDE: u32 = 1 << 14;
 
 /// The textures that materials have asked for so far.
 pub(crate) struct Textures<'a> {
     document: &'a Document,
     source: &'a Source,
     accessors: &'a Accessors<'a>,
-    budget: &'a Budget,
+    /// What the textures that are still to come may take.
+    bytes_left: u64,
     loaded: Vec<Texture>,
-    /// From an image and how it is sampled to its place in `loaded`; `None` for an image of an unknown format.
+    /// Of each loaded texture, the smallest alpha of any texel, in 0..=1.
+    least_alpha: Vec<f32>,
+    /// From a texture's image and how it is sampled to its place in `loaded`; `None` for one that cannot be had.
     places: HashMap<(usize, [u8; 3]), Option<u32>>,
-    /// From an image to the first place where it is in `loaded`.
-    decoded: HashMap<usize, u32>,
+    /// From an image to the first place where it is in `loaded`; `None` for one that cannot be had.
+    decoded: HashMap<usize, Option<u32>>,
 }
 
 impl<'a> Textures<'a> {
+    /// None yet; all of them together take no more than `max_bytes`.
     pub(crate) fn new(
         document: &'a Document,
         source: &'a Source,
         accessors: &'a Accessors<'a>,
-        budget: &'a Budget,
+        max_bytes: u64,
     ) -> Self {
         Self {
             document,
             source,
             accessors,
-            budget,
+            bytes_left: max_bytes,
             loaded: Vec::new(),
+            least_alpha: Vec::new(),
             places: HashMap::new(),
             decoded: HashMap::new(),
         }
@@ -56,95 +57,124 @@ impl<'a> Textures<'a> {
         self.loaded
     }
 
-    /// The place of a colour texture among the loaded ones; `None` if it has no image of a known format.
-    pub(crate) fn color(
-        &mut self,
-        index: Index<TextureJson>,
-        from: &Item,
-        notes: &mut Notes,
-    ) -> Result<Option<u32>, Problem> {
-        let texture = self.document.get(index, "texture", from)?;
-        let item = Item::named("texture", index.value(), texture.name.as_ref());
-        if texture.source.value() == u32::MAX as usize {
-            notes.add(|| format!("{item} has no image that is known, and is left out"));
-            return Ok(None);
-        }
-        let (wrap, filter) = match texture.sampler {
-            Some(sampler) => sampling(self.document.get(sampler, "sampler", &item)?),
-            None => Default::default(),
-        };
-        let key = (texture.source.value(), [wrap[0] as u8, wrap[1] as u8, filter as u8]);
-        if let Some(&place) = self.places.get(&key) {
-            return Ok(place);
-        }
-        let place = match self.decode(texture.source, &item, notes)? {
-            Some(image) => {
-                let place = self.loaded.len() as u32;
-                self.loaded.push(Texture { wrap, filter, ..image });
-                self.decoded.entry(key.0).or_insert(place);
-                Some(place)
-            }
-            None => None,
-        };
-        self.places.insert(key, place);
-        Ok(place)
+    /// The smallest alpha of a loaded texture, in 0..=1.
+    pub(crate) fn least_alpha(&self, place: u32) -> f32 {
+        self.least_alpha[place as usize]
     }
 
-    fn decode(&self, index: Index<Image>, from: &Item, notes: &mut Notes) -> Result<Option<Texture>, Problem> {
-        let image = self.document.get(index, "image", from)?;
-        let item = Item::named("image", index.value(), image.name.as_ref());
-        if let Some(known) = self.decoded.get(&index.value()).map(|&place| &self.loaded[place as usize]) {
-            self.budget.spend_texels(known.texels.len() as u64, &item)?;
-            return Ok(Some(known.clone()));
+    /// The place of a colour texture among the loaded ones; `None`, and a note, if it cannot be had.
+    pub(crate) fn color(&mut self, index: Index<json::Texture>, from: &Item, notes: &mut Notes) -> Option<u32> {
+        let texture = match self.document.get(index, "texture", from) {
+            Ok(texture) => texture,
+            Err(problem) => {
+                notes.add(|| format!("{problem}; the texture is left out"));
+                return None;
+            }
+        };
+        let item = Item::named("texture", index.value(), texture.name.as_deref());
+        let Some(image) = texture.source else {
+            notes.add(|| format!("{item} has no image that is known, and is left out"));
+            return None;
+        };
+        let sampler = texture.sampler.map(|sampler| self.document.get(sampler, "sampler", &item)).transpose();
+        let sampler = sampler.unwrap_or_else(|problem| {
+            notes.add(|| format!("{problem}; the texture is sampled as if it named none"));
+            None
+        });
+        let (wrap, filter) = sampler.map(sampling).unwrap_or_default();
+        let key = (image.value(), [wrap[0] as u8, wrap[1] as u8, filter as u8]);
+        if let Some(&place) = self.places.get(&key) {
+            return place;
         }
-        let fetched;
+        let place = self.load(image, wrap, filter, &item, notes);
+        self.places.insert(key, place);
+        place
+    }
+
+    /// Puts an image with its own sampling among the loaded textures.
+    fn load(
+        &mut self,
+        image: Index<json::Image>,
+        wrap: [Wrap; 2],
+        filter: Filter,
+        from: &Item,
+        notes: &mut Notes,
+    ) -> Option<u32> {
+        let texture = match self.decoded.get(&image.value()) {
+            Some(&known) => self.copy(known?, image, from),
+            None => self.decode(image, from),
+        };
+        let texture = match texture {
+            Ok(texture) => texture,
+            Err(problem) => {
+                notes.add(|| format!("{problem}; the texture is left out"));
+                self.decoded.entry(image.value()).or_insert(None);
+                return None;
+            }
+        };
+        let place = self.loaded.len() as u32;
+        let least = texture.texels.iter().map(|texel| texel[3]).min().unwrap_or(u8::MAX);
+        self.least_alpha.push(f32::from(least) / 255.0);
+        self.loaded.push(Texture { wrap, filter, ..texture });
+        self.decoded.entry(image.value()).or_insert(Some(place));
+        Some(place)
+    }
+
+    /// The same image for another sampling.
+    fn copy(&mut self, place: u32, image: Index<json::Image>, from: &Item) -> Result<Texture, Problem> {
+        let (width, height) = (self.loaded[place as usize].width, self.loaded[place as usize].height);
+        let item = self.document.get(image, "image", from).map(|json| image_item(image, json))?;
+        self.spend(width, height, &item)?;
+        Ok(self.loaded[place as usize].clone())
+    }
+
+    fn decode(&mut self, index: Index<json::Image>, from: &Item) -> Result<Texture, Problem> {
+        let image = self.document.get(index, "image", from)?;
+        let item = image_item(index, image);
         let bytes = match (image.buffer_view, &image.uri) {
-            (Some(view), _) => self.accessors.view(view, &item)?,
+            (Some(view), _) => Cow::Borrowed(self.accessors.view(view, &item)?),
             (None, Some(uri)) => {
-                fetched = self.source.fetch(uri)?;
-                &fetched
+                Cow::Owned(self.source.fetch(uri).map_err(|problem| item.invalid(problem.to_string()))?)
             }
             (None, None) => return Err(item.invalid("has neither a buffer view nor a URI")),
         };
-        let broken = |error: ImageError| item.invalid(format!("cannot be decoded: {error}"));
-        let reader = || ImageReader::new(Cursor::new(bytes)).with_guessed_format().expect("a slice can be read");
-        let (width, height) = match reader().into_dimensions() {
-            Ok(size) => size,
-            Err(ImageError::Unsupported(_)) => {
-                notes.add(|| format!("{item} is neither PNG nor JPEG, and is left out"));
-                return Ok(None);
-            }
-            Err(error) => return Err(broken(error)),
-        };
-        if width == 0 || height == 0 || width.max(height) > LARGEST_SIDE {
-            return Err(item.invalid(format!("has a size of {width} x {height}")));
-        }
-        self.budget.spend_texels(u64::from(width) * u64::from(height), &item)?;
-        let mut reader = reader();
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(LARGEST_SIDE);
-        limits.max_image_height = Some(LARGEST_SIDE);
-        limits.max_alloc = Some(1 << 31);
-        reader.limits(limits);
-        let pixels = reader.decode().map_err(broken)?.into_rgba8();
-        let (width, height) = pixels.dimensions();
-        let texels = pixels.as_raw().as_chunks().0.to_vec();
-        Ok(Some(Texture { width, height, texels, srgb: true, wrap: Default::default(), filter: Default::default() }))
+        let encoded = Encoded::new(&bytes).map_err(|reason| item.invalid(reason))?;
+        let [width, height] = encoded.size();
+        self.spend(width, height, &item)?;
+        let texels = encoded.texels().map_err(|reason| item.invalid(reason))?;
+        Ok(Texture { width, height, texels, srgb: true, wrap: Default::default(), filter: Default::default() })
+    }
+
+    /// Takes the memory of an image from what is left.
+    fn spend(&mut self, width: u32, height: u32, item: &Item) -> Result<(), Problem> {
+        let bytes = 4 * u64::from(width) * u64::from(height);
+        let left = self.bytes_left.checked_sub(bytes).ok_or_else(|| {
+            let left = self.bytes_left;
+            item.invalid(format!("needs {bytes} bytes, where textures may take {left} more (max_texture_bytes)"))
+        })?;
+        self.bytes_left = left;
+        Ok(())
     }
 }
 
+fn image_item(index: Index<json::Image>, image: &json::Image) -> Item {
+    Item::named("image", index.value(), image.name.as_deref())
+}
+
 fn sampling(sampler: &Sampler) -> ([Wrap; 2], Filter) {
-    let wrap = |mode: Checked<WrappingMode>| match mode {
-        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
-        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
-        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    const NEAREST: u32 = 9728;
+    const NEAREST_MIPMAP_NEAREST: u32 = 9984;
+    const CLAMP_TO_EDGE: u32 = 33071;
+    const MIRRORED_REPEAT: u32 = 33648;
+    let wrap = |mode: Option<u32>| match mode {
+        Some(CLAMP_TO_EDGE) => Wrap::Clamp,
+        Some(MIRRORED_REPEAT) => Wrap::Mirror,
+        _ => Wrap::Repeat,
     };
     // What a texel looks like from nearby decides; from afar, samples are averaged anyway.
     let filter = match (sampler.mag_filter, sampler.min_filter) {
-        (Some(Checked::Valid(MagFilter::Nearest)), _) => Filter::Nearest,
-        (Some(_), _) => Filter::Bilinear,
-        (None, Some(Checked::Valid(MinFilter::Nearest | MinFilter::NearestMipmapNearest))) => Filter::Nearest,
-        (None, _) => Filter::Bilinear,
+        (Some(NEAREST), _) | (None, Some(NEAREST | NEAREST_MIPMAP_NEAREST)) => Filter::Nearest,
+        _ => Filter::Bilinear,
     };
     ([wrap(sampler.wrap_s), wrap(sampler.wrap_t)], filter)
 }

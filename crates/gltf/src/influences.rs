@@ -1,11 +1,10 @@
 //! Which joints move a vertex, and how much: at most four, with weights that sum to one.
 
-use gltf::json::Index;
-use gltf::json::accessor::{Accessor, Type};
 use kinetree::Skin;
 
 use crate::accessor::Accessors;
 use crate::error::{Item, Problem};
+use crate::json::{Accessor, Index, Shape};
 use crate::notes::Notes;
 
 /// A set of joints and a set of weights, as accessors.
@@ -25,8 +24,8 @@ pub(crate) fn read(
 ) -> Result<Skin, Problem> {
     let mut loaded = Vec::with_capacity(sets.len());
     for &(joints, weights) in sets {
-        let joints = accessors.integers::<4>(joints, Type::Vec4, item)?;
-        let weights = accessors.floats::<4>(weights, Type::Vec4, item)?;
+        let joints = accessors.integers::<4>(joints, Shape::Vec4, item)?;
+        let weights = accessors.floats::<4>(weights, Shape::Vec4, item)?;
         if joints.len() != count || weights.len() != count {
             return Err(item.invalid("has joints or weights for another number of vertices than it has"));
         }
@@ -34,11 +33,13 @@ pub(crate) fn read(
     }
     let mut skin = Skin { joints: Vec::with_capacity(count), weights: Vec::with_capacity(count) };
     let mut pairs: Vec<(u32, f32)> = Vec::with_capacity(4 * sets.len());
-    let (mut dropped, mut unbound) = (0usize, 0usize);
+    let (mut dropped, mut unbound, mut negative, mut unbounded) = (0usize, 0usize, 0usize, 0usize);
     for vertex in 0..count {
         pairs.clear();
         for (joints, weights) in &loaded {
             let both = joints[vertex].into_iter().zip(weights[vertex]);
+            negative += weights[vertex].iter().filter(|&&weight| weight < 0.0).count();
+            unbounded += weights[vertex].iter().filter(|weight| weight.is_nan() || **weight == f32::INFINITY).count();
             pairs.extend(both.filter(|&(_, weight)| weight.is_finite() && weight > 0.0));
         }
         if pairs.len() > 4 {
@@ -51,6 +52,11 @@ pub(crate) fn read(
         let (joints, weights) = normalized(&pairs).map_err(|joint| item.invalid(format!("names joint {joint}")))?;
         skin.joints.push(joints);
         skin.weights.push(weights);
+    }
+    for (count, kind) in [(negative, "negative"), (unbounded, "not finite")] {
+        if count > 0 {
+            notes.add(|| format!("{item}: {count} joint weights that are {kind} count as zero"));
+        }
     }
     if dropped > 0 {
         notes.add(|| {

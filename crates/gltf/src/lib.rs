@@ -12,12 +12,21 @@
 //! or by morph targets, has one of its own. What never moves is [`Motion::Static`](kinetree::Motion::Static), what hangs
 //! on an animated node is `Rigid`, what bends is `Deforming`.
 //!
-//! A file may hold anything: whatever is wrong with it is a [`LoadError`], never a panic, and never more memory than a
-//! file of its size can justify. What is merely odd is repaired and noted.
+//! Triangles without normals are flat in every pose: in a mesh that bends and that has normals elsewhere, the normals of
+//! their vertices are zero, which stands for that of the triangle. The front of a skinned mesh is decided by the
+//! determinant of its node, as the specification has it, although nothing else about that node counts.
 //!
-//! The map, in layers: `source` and `uri` find bytes, `document` and `accessor` make sense of them; `triangles`,
-//! `normals`, `influences`, `vertices`, `mesh`, `image`, `material`, `nodes`, `skeleton`, `keys`, `clip`, `lights` and
-//! `cameras` read one kind of thing each; `assemble` makes a world of them, and `player` moves it.
+//! An instance is opaque ([`InstanceView::is_opaque`](kinetree::InstanceView::is_opaque)) unless a ray can pass through a
+//! triangle because of its alpha; glass is opaque in this sense.
+//!
+//! A file may hold anything: whatever is wrong with it is a [`LoadError`], never a panic, and never more memory than a
+//! file of its size can justify. What is merely odd is repaired and noted; an image that is missing or damaged costs its
+//! texture. What a file asks for and does not get is noted too, in one line for each extension or property.
+//!
+//! The map, in layers: `source` and `uri` find bytes, `json`, `document` and `accessor` make sense of them, and `ignored`
+//! says what is not followed; `triangles`, `normals`, `influences`, `vertices`, `mesh`, `pixels`, `image`, `material`,
+//! `nodes`, `instancing`, `skeleton`, `keys`, `clip`, `lights` and `cameras` read one kind of thing each; `assemble` makes
+//! a world of them, and `player` moves it.
 
 mod accessor;
 mod assemble;
@@ -26,8 +35,11 @@ mod cameras;
 mod clip;
 mod document;
 mod error;
+mod ignored;
 mod image;
 mod influences;
+mod instancing;
+mod json;
 mod keys;
 mod lights;
 mod material;
@@ -35,6 +47,7 @@ mod mesh;
 mod nodes;
 mod normals;
 mod notes;
+mod pixels;
 mod player;
 mod skeleton;
 mod source;
@@ -64,31 +77,51 @@ pub struct Loaded {
     pub world: World,
     /// What was ignored or repaired, one line each, and not too many.
     pub notes: Vec<String>,
+    /// The animations of the file, in its order.
+    pub clips: Vec<ClipInfo>,
 }
 
-/// What to take from a file that offers several.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Options {
-    /// The animation that is played.
-    pub clip: Clip,
-}
-
-/// One of the animations of a file.
+/// An animation of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ClipInfo {
+    /// As written in the file.
+    pub name: Option<String>,
+    /// Whether it is among those that [`Options::clip`] chose.
+    pub is_played: bool,
+}
+
+/// What to take from a file, and how much.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Options {
+    /// The animations that are played.
+    pub clip: Clip,
+    /// How much memory the texels of all textures may take, bytes: four for every pixel. Images beyond that are left out,
+    /// with a note.
+    pub max_texture_bytes: u64,
+}
+
+impl Default for Options {
+    /// Animations together, and 4 GiB of textures.
+    fn default() -> Self {
+        Self { clip: Clip::default(), max_texture_bytes: 4 << 30 }
+    }
+}
+
+/// Which of the animations of a file are played.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Clip {
+    /// The first, and all others that move nothing that one before them moves: one animation for each object, as many
+    /// programs write them, is one performance, whereas several for the same object are alternatives. They begin together;
+    /// the shorter ones wait at their ends for the longest.
+    #[default]
+    Together,
     /// By its place in the file. The first may be asked for even if there is none: then nothing moves.
     Index(usize),
     /// By its name.
     Name(String),
 }
 
-impl Default for Clip {
-    fn default() -> Self {
-        Self::Index(0)
-    }
-}
-
-/// Loads a file with its first animation.
+/// Loads a file with those of its animations that play together.
 ///
 /// # Errors
 /// A file that cannot be read, is broken, refers to something that is not there, or asks for too much.
@@ -102,21 +135,22 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 /// As [`load`]; also an animation that is not there.
 pub fn load_with(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     let mut notes = Notes::default();
-    let world = world(path, options, &mut notes).map_err(|problem| LoadError::new(path, problem))?;
-    Ok(Loaded { world, notes: notes.into_lines() })
+    let (world, clips) = world(path, options, &mut notes).map_err(|problem| LoadError::new(path, problem))?;
+    Ok(Loaded { world, notes: notes.into_lines(), clips })
 }
 
-fn world(path: &Path, options: &Options, notes: &mut Notes) -> Result<World, Problem> {
+fn world(path: &Path, options: &Options, notes: &mut Notes) -> Result<(World, Vec<ClipInfo>), Problem> {
     let source = Source::open(path)?;
     let document = Document::parse(&source.json, notes)?;
     let buffers = source.buffers(&document.root.buffers)?;
     let budget = Budget::for_bytes(source.size(&buffers));
     let accessors = Accessors::new(&document, &buffers, &budget);
     let hierarchy = Hierarchy::read(&document, notes)?;
-    let clip = clip::Clip::read(&document, &accessors, options, notes)?;
-    let textures = Textures::new(&document, &source, &accessors, &budget);
+    let mut clip = clip::Clip::read(&document, &accessors, options, notes)?;
+    let textures = Textures::new(&document, &source, &accessors, options.max_texture_bytes);
     let materials = Materials::new(&document, textures);
     let meshes = Meshes { document: &document, accessors: &accessors, budget: &budget };
+    let clips = std::mem::take(&mut clip.all);
     let parts = assemble::Parts { document: &document, hierarchy: &hierarchy, clip, meshes, budget: &budget };
-    assemble::assemble(parts, materials, notes)
+    Ok((assemble::assemble(parts, materials, notes)?, clips))
 }

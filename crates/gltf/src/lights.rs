@@ -5,13 +5,11 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use gltf::json::extensions::scene::khr_lights_punctual::{Light as LightJson, Type};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, Node};
 use kinetree_render::Light;
 
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::json::{LightKind, Node};
 use crate::notes::Notes;
 
 /// Lights shine along the -z axis of their node.
@@ -24,15 +22,13 @@ pub(crate) fn light_of(
     node_item: &Item,
     notes: &mut Notes,
 ) -> Result<Option<Light>, Problem> {
-    let extension = node.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
-    let Some(extension) = extension else { return Ok(None) };
-    let index: Index<LightJson> = extension.light;
+    let Some(index) = node.light() else { return Ok(None) };
     let light = document.get(index, "light", node_item)?;
-    let item = Item::named("light", index.value(), light.name.as_ref());
-    let Checked::Valid(kind) = light.type_ else {
+    let item = Item::named("light", index.value(), light.name.as_deref());
+    if light.kind == LightKind::Unknown {
         notes.add(|| format!("{item} is of an unknown type, and is left out"));
         return Ok(None);
-    };
+    }
     let intensity = light.color.map(|channel| channel * light.intensity);
     if !intensity.iter().all(|&channel| channel.is_finite() && channel >= 0.0) {
         return Err(item.invalid("has an intensity that is negative or not finite"));
@@ -43,10 +39,10 @@ pub(crate) fn light_of(
     // A range of zero or less, or that is none, bounds nothing.
     let range = light.range.filter(|&range| range > 0.0).unwrap_or(f32::INFINITY);
     let position = [0.0; 3];
-    Ok(Some(match kind {
-        Type::Directional => Light::Sun { direction: FORWARDS, irradiance: intensity, angle: 0.0 },
-        Type::Point => Light::Point { position, intensity, range },
-        Type::Spot => {
+    Ok(Some(match light.kind {
+        LightKind::Directional => Light::Sun { direction: FORWARDS, irradiance: intensity, angle: 0.0 },
+        LightKind::Point | LightKind::Unknown => Light::Point { position, intensity, range },
+        LightKind::Spot => {
             let Some(spot) = &light.spot else { return Err(item.invalid("is a spot light without a cone")) };
             if !(spot.inner_cone_angle.is_finite() && spot.outer_cone_angle.is_finite()) {
                 return Err(item.invalid("has a cone whose angles are not finite"));

@@ -1,17 +1,16 @@
 //! Materials, converted when a mesh that is shown asks for them.
 //!
-//! Reflection is diffuse for now, whatever the metalness and the roughness. Transmission makes a smooth dielectric: a
-//! sheet without thickness, unless KHR_materials_volume says that there is something inside.
+//! Reflection is diffuse for now, whatever the metalness and the roughness; the notes say which of its wishes a file is
+//! denied. Transmission makes a smooth dielectric: a sheet without thickness, unless KHR_materials_volume says that
+//! there is something inside.
 
-use gltf::json::Index;
-use gltf::json::material::{AlphaMode, Material as MaterialJson};
-use gltf::json::texture::Info;
-use gltf::json::validation::Checked;
 use kinetree_render::{Alpha, Material, Scatter, Texture, TextureRef};
 
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::ignored;
 use crate::image::Textures;
+use crate::json::{self, AlphaMode, Index, TextureInfo};
 use crate::notes::Notes;
 
 /// The materials that meshes have asked for so far.
@@ -28,8 +27,17 @@ impl<'a> Materials<'a> {
         Self { document, textures, converted: Vec::new(), places: vec![None; document.root.materials.len() + 1] }
     }
 
-    pub(crate) fn get(&self, place: u32) -> &Material {
-        &self.converted[place as usize]
+    /// Whether a ray can pass through a triangle of a material because of its alpha, where vertex colours have an alpha
+    /// of at least `vertex_alpha`.
+    pub(crate) fn has_holes(&self, place: u32, vertex_alpha: f32) -> bool {
+        let material = &self.converted[place as usize];
+        let texture = material.base_color_texture.map_or(1.0, |texture| self.textures.least_alpha(texture.texture));
+        let alpha = material.base_color[3] * texture * vertex_alpha;
+        match material.alpha {
+            Alpha::Opaque => false,
+            Alpha::Mask { cutoff } => alpha < cutoff,
+            Alpha::Blend => alpha < 1.0,
+        }
     }
 
     pub(crate) fn into_look(self) -> (Vec<Material>, Vec<Texture>) {
@@ -39,15 +47,15 @@ impl<'a> Materials<'a> {
     /// The place of a material of the file, or of the default material.
     pub(crate) fn place(
         &mut self,
-        index: Option<Index<MaterialJson>>,
+        index: Option<Index<json::Material>>,
         from: &Item,
         notes: &mut Notes,
     ) -> Result<u32, Problem> {
         let default = self.places.len() - 1;
-        let slot = index.map_or(default, |index| index.value());
+        let slot = index.map_or(default, Index::value);
         let material = match index {
             Some(index) => self.document.get(index, "material", from)?,
-            None => &MaterialJson::default(),
+            None => &json::Material::default(),
         };
         if let Some(place) = self.places[slot] {
             return Ok(place);
@@ -59,42 +67,43 @@ impl<'a> Materials<'a> {
         Ok(place)
     }
 
-    fn convert(&mut self, json: &MaterialJson, index: usize, notes: &mut Notes) -> Result<Material, Problem> {
+    fn convert(&mut self, json: &json::Material, index: usize, notes: &mut Notes) -> Result<Material, Problem> {
         let item = self.document.material_item(index);
-        let pbr = &json.pbr_metallic_roughness;
         let strength = json.extensions.as_ref().and_then(|extensions| extensions.emissive_strength.as_ref());
-        let strength = strength.map_or(1.0, |strength| strength.emissive_strength.0);
-        let emission = json.emissive_factor.0.map(|channel| channel * strength);
+        let strength = strength.map_or(1.0, |strength| strength.emissive_strength);
+        let emission = json.emissive_factor.map(|channel| channel * strength);
         if !emission.iter().all(|&channel| channel.is_finite() && channel >= 0.0) {
             return Err(item.invalid("emits light that is negative or has no bound"));
         }
-        if !pbr.base_color_factor.0.iter().all(|channel| channel.is_finite()) {
+        let base_color = json.base_color();
+        if !base_color.iter().all(|channel| channel.is_finite()) {
             return Err(item.invalid("has a base colour without bounds"));
         }
-        let base_set = pbr.base_color_texture.as_ref().map(coordinate_set);
-        let emissive_set = json.emissive_texture.as_ref().map(coordinate_set);
-        if base_set.zip(emissive_set).is_some_and(|(base, emissive)| base != emissive) {
-            notes.add(|| format!("{item}: its emissive texture uses the texture coordinates of the base colour"));
-        }
+        note_denied_wishes(json, &item, notes);
         Ok(Material {
-            base_color: pbr.base_color_factor.0.map(|channel| channel.clamp(0.0, 1.0)),
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), &item, notes)?,
+            base_color: base_color.map(|channel| channel.clamp(0.0, 1.0)),
+            base_color_texture: self.texture(json.base_color_texture(), &item, notes)?,
             emission,
-            emission_texture: self.texture(json.emissive_texture.as_ref(), &item, notes)?,
+            emission_texture: self.texture(json.emissive_texture.as_deref(), &item, notes)?,
             alpha: alpha(json, &item)?,
-            scatter: self.scatter(json, index, &item, notes),
+            scatter: scatter(json, &item, notes),
             two_sided: json.double_sided,
         })
     }
 
-    fn texture(&mut self, info: Option<&Info>, item: &Item, notes: &mut Notes) -> Result<Option<TextureRef>, Problem> {
+    fn texture(
+        &mut self,
+        info: Option<&TextureInfo>,
+        item: &Item,
+        notes: &mut Notes,
+    ) -> Result<Option<TextureRef>, Problem> {
         let Some(info) = info else { return Ok(None) };
-        let Some(place) = self.textures.color(info.index, item, notes)? else { return Ok(None) };
+        let Some(place) = self.textures.color(info.index, item, notes) else { return Ok(None) };
         let mut texture = TextureRef::from(place);
-        if let Some(transform) = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref()) {
-            texture.scale = transform.scale.0;
-            texture.rotation = transform.rotation.0;
-            texture.offset = transform.offset.0;
+        if let Some(transform) = info.transform() {
+            texture.scale = transform.scale;
+            texture.rotation = transform.rotation;
+            texture.offset = transform.offset;
             let [a, b] = texture.scale;
             let [c, d] = texture.offset;
             if ![a, b, c, d, texture.rotation].iter().all(|number| number.is_finite()) {
@@ -103,55 +112,102 @@ impl<'a> Materials<'a> {
         }
         Ok(Some(texture))
     }
+}
 
-    fn scatter(&self, json: &MaterialJson, index: usize, item: &Item, notes: &mut Notes) -> Scatter {
-        const ORDINARY_GLASS: f32 = 1.5;
-        let Some(extensions) = &json.extensions else { return Scatter::Diffuse };
-        let transmission = extensions.transmission.as_ref().map_or(0.0, |t| t.transmission_factor.0);
-        if transmission > 0.0 && transmission < 1.0 {
-            notes.add(|| format!("{item}: a transmission of {transmission} is taken for all or nothing"));
+/// The share of light that passes through, as far as it can be shown: all or nothing.
+fn is_transmissive(json: &json::Material) -> bool {
+    let transmission = json.extensions.as_ref().and_then(|extensions| extensions.transmission.as_ref());
+    // A factor that is no number is none.
+    transmission.is_some_and(|transmission| transmission.transmission_factor >= 0.5)
+}
+
+fn scatter(json: &json::Material, item: &Item, notes: &mut Notes) -> Scatter {
+    const ORDINARY_GLASS: f32 = 1.5;
+    let Some(extensions) = json.extensions.as_ref().filter(|_| is_transmissive(json)) else { return Scatter::Diffuse };
+    let ior = extensions.ior.as_ref().map_or(ORDINARY_GLASS, |ior| ior.ior);
+    let ior = if ior.is_finite() && ior >= 1.0 {
+        ior
+    } else {
+        notes.add(|| format!("{item}: an index of refraction of {ior} is replaced by {ORDINARY_GLASS}"));
+        ORDINARY_GLASS
+    };
+    match &extensions.volume {
+        Some(volume) if volume.thickness_factor > 0.0 => Scatter::Dielectric { ior },
+        _ => Scatter::ThinDielectric { ior },
+    }
+}
+
+/// Notes what a material asks for and does not get.
+fn note_denied_wishes(json: &json::Material, item: &Item, notes: &mut Notes) {
+    let mut ignored = |is_asked: bool, what: &str, consequence| {
+        if is_asked {
+            notes.ignored(what, consequence, Some(item));
         }
-        // A factor that is no number is none.
-        if transmission.is_nan() || transmission < 0.5 {
-            return Scatter::Diffuse;
-        }
-        let ior = extensions.ior.as_ref().map_or(ORDINARY_GLASS, |ior| ior.ior.0);
-        let ior = if ior.is_finite() && ior >= 1.0 {
-            ior
-        } else {
-            notes.add(|| format!("{item}: an index of refraction of {ior} is replaced by {ORDINARY_GLASS}"));
-            ORDINARY_GLASS
-        };
-        match self.document.thickness.get(index) {
-            Some(&thickness) if thickness > 0.0 => Scatter::Dielectric { ior },
-            _ => Scatter::ThinDielectric { ior },
+    };
+    let glass = is_transmissive(json);
+    if let Some(pbr) = &json.pbr {
+        // Glass is never a metal, and what does not say otherwise is one.
+        let metallic = pbr.metallic_factor.unwrap_or(1.0) > 0.0;
+        ignored(metallic && !glass, "metalness", "metals reflect diffusely");
+        let glossy = pbr.roughness_factor.is_some_and(|roughness| roughness < 1.0);
+        ignored((glossy || pbr.metallic_roughness_texture) && !glass, "roughness", "smooth surfaces reflect diffusely");
+        let rough = pbr.roughness_factor.unwrap_or(1.0) > 0.0;
+        ignored(rough && glass, "the roughness of glass", "rough glass is clear");
+    }
+    ignored(json.normal_texture, "a normal texture", "surfaces are as smooth as their geometry");
+    let sets =
+        [json.base_color_texture(), json.emissive_texture.as_deref()].map(|info| info.map(TextureInfo::coordinate_set));
+    let differ = matches!(sets, [Some(base), Some(emissive)] if base != emissive);
+    ignored(
+        differ,
+        "a second set of texture coordinates",
+        "emissive textures are looked up with the coordinates of the base colour",
+    );
+    let Some(extensions) = &json.extensions else { return };
+    if let Some(transmission) = &extensions.transmission {
+        let factor = transmission.transmission_factor;
+        ignored(factor > 0.0 && factor < 1.0, "transmission in part", "all light passes, or none");
+        ignored(transmission.transmission_texture, "a texture of transmission", "all light passes, or none");
+    }
+    if let Some(volume) = &extensions.volume {
+        let absorbs = volume.attenuation_distance.is_some_and(f32::is_finite);
+        ignored(absorbs, "absorption in a volume", "thick glass is as clear as thin glass");
+    }
+    for (is_asked, name) in [
+        (extensions.unlit, "KHR_materials_unlit"),
+        (extensions.specular, "KHR_materials_specular"),
+        (extensions.clearcoat, "KHR_materials_clearcoat"),
+        (extensions.sheen, "KHR_materials_sheen"),
+        (extensions.iridescence, "KHR_materials_iridescence"),
+        (extensions.anisotropy, "KHR_materials_anisotropy"),
+        (extensions.dispersion, "KHR_materials_dispersion"),
+        (extensions.diffuse_transmission, "KHR_materials_diffuse_transmission"),
+        (extensions.specular_glossiness, "KHR_materials_pbrSpecularGlossiness"),
+    ] {
+        if is_asked {
+            ignored::extension(name, Some(item), notes);
         }
     }
 }
 
 /// The set of texture coordinates that a material looks up with: that of its base colour, if it has one.
-pub(crate) fn coordinate_set_of(material: &MaterialJson) -> u32 {
-    let base = material.pbr_metallic_roughness.base_color_texture.as_ref();
-    base.or(material.emissive_texture.as_ref()).map_or(0, coordinate_set)
+pub(crate) fn coordinate_set_of(material: &json::Material) -> u32 {
+    let base = material.base_color_texture();
+    base.or(material.emissive_texture.as_deref()).map_or(0, TextureInfo::coordinate_set)
 }
 
-fn coordinate_set(info: &Info) -> u32 {
-    let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
-    transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord)
-}
-
-fn alpha(json: &MaterialJson, item: &Item) -> Result<Alpha, Problem> {
+fn alpha(json: &json::Material, item: &Item) -> Result<Alpha, Problem> {
     match json.alpha_mode {
-        Checked::Valid(AlphaMode::Opaque) => Ok(Alpha::Opaque),
-        Checked::Valid(AlphaMode::Mask) => {
-            let cutoff = json.alpha_cutoff.unwrap_or_default().0;
+        AlphaMode::Opaque => Ok(Alpha::Opaque),
+        AlphaMode::Mask => {
+            let cutoff = json.alpha_cutoff.unwrap_or(0.5);
             if !cutoff.is_finite() {
                 return Err(item.invalid("has an alpha cutoff without bounds"));
             }
             // A cutoff above one hides everything, which an alpha of at most one cannot reach.
             Ok(Alpha::Mask { cutoff: cutoff.max(0.0) })
         }
-        Checked::Valid(AlphaMode::Blend) => Ok(Alpha::Blend),
-        Checked::Invalid => Err(item.invalid("has an unknown alpha mode")),
+        AlphaMode::Blend => Ok(Alpha::Blend),
+        AlphaMode::Unknown => Err(item.invalid("has an unknown alpha mode")),
     }
 }

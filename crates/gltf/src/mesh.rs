@@ -2,9 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use gltf::json::accessor::Type;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
-use gltf::json::validation::Checked;
 use kinetree::{Mesh, MeshError, MorphTarget, Skin};
 use kinetree_render::{Part, Surface};
 
@@ -13,6 +10,7 @@ use crate::budget::Budget;
 use crate::document::Document;
 use crate::error::{Item, Problem};
 use crate::influences::FIRST_JOINT;
+use crate::json::{Mode, Primitive, Semantic, Shape};
 use crate::material::Materials;
 use crate::notes::Notes;
 use crate::triangles::triangles;
@@ -22,6 +20,8 @@ use crate::vertices::{Sources, Vertices};
 pub(crate) struct Geometry {
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) normals: Option<Vec<[f32; 3]>>,
+    /// The vertices from here on belong to triangles that have no normals in the file: they are flat in every pose.
+    flat_from: usize,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) skin: Option<Skin>,
     /// As many as [`Document::target_count`] says.
@@ -30,11 +30,15 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
-    /// The mesh in its rest state, or as one that can be posed.
+    /// The mesh in its rest state, or as one that can be posed; then normals of flat triangles are zero.
     pub(crate) fn mesh(&self, skinned: bool, morphed: bool) -> Result<Mesh, MeshError> {
         let mut mesh = Mesh::new(&self.positions, &self.triangles)?;
         if let Some(normals) = &self.normals {
-            mesh = mesh.with_normals(normals)?;
+            let flat_from = if skinned || morphed { self.flat_from } else { normals.len() };
+            let mut normals = normals.clone();
+            // No normal of the rest pose is right in all others: zero stands for that of the triangle.
+            normals[flat_from..].fill([0.0; 3]);
+            mesh = mesh.with_normals(&normals)?;
         }
         if let Some(skin) = self.skin.as_ref().filter(|_| skinned) {
             mesh = mesh.with_skin(skin.clone())?;
@@ -86,14 +90,14 @@ impl Meshes<'_> {
         let mut known: BTreeMap<Sources, usize> = BTreeMap::new();
         let mut pieces = Vec::new();
         for (place, primitive) in mesh.primitives.iter().enumerate() {
-            let Checked::Valid(mode) = primitive.mode else {
+            let Some(mode) = Mode::of(primitive.mode) else {
                 return Err(item.invalid(format!("has an unknown mode in primitive {place}")));
             };
             if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-                notes.add(|| format!("{item}: {mode:?} of primitive {place} are left out"));
+                notes.ignored(&format!("a primitive of {mode:?}"), "only triangles are shown", Some(&item));
                 continue;
             }
-            if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
+            if primitive.attributes.get(Semantic::Positions).is_none() {
                 notes.add(|| format!("{item}: primitive {place} has no positions, and is left out"));
                 continue;
             }
@@ -113,12 +117,13 @@ impl Meshes<'_> {
                 pieces.push(Piece { block, triangles, material });
             }
         }
+        let blocks_of_file = blocks.len();
         self.give_all_normals(&mut blocks, &mut pieces, &item)?;
         // What one primitive has, all are given, if only as zeros.
         let vertices: u64 = blocks.iter().flatten().map(|block| block.count() as u64).sum();
         let targets = self.document.target_count(index);
         self.budget.spend_numbers(vertices.saturating_mul(crate::vertices::numbers_per_vertex(targets)), &item)?;
-        Ok((!pieces.is_empty()).then(|| joined(blocks, &pieces, targets, &item, notes)))
+        Ok((!pieces.is_empty()).then(|| joined(blocks, blocks_of_file, &pieces, targets, &item, notes)))
     }
 
     fn coordinate_set(&self, primitive: &Primitive) -> u32 {
@@ -134,7 +139,7 @@ impl Meshes<'_> {
         item: &Item,
     ) -> Result<Vec<[u32; 3]>, Problem> {
         let indices: Vec<u32> = match primitive.indices {
-            Some(indices) => self.accessors.integers::<1>(indices, Type::Scalar, item)?.into_flattened(),
+            Some(indices) => self.accessors.integers::<1>(indices, Shape::Scalar, item)?.into_flattened(),
             None => {
                 self.budget.spend_numbers(vertices as u64, item)?;
                 (0..vertices as u32).collect()
@@ -162,7 +167,10 @@ impl Meshes<'_> {
         for piece in pieces.iter_mut().filter(|piece| lacking[piece.block]) {
             let Some(block) = &blocks[piece.block] else { continue };
             let corners = 3 * piece.triangles.len() as u64;
-            self.budget.spend_numbers(corners.saturating_mul(crate::vertices::numbers_per_vertex(block.targets.len())), item)?;
+            self.budget.spend_numbers(
+                corners.saturating_mul(crate::vertices::numbers_per_vertex(block.targets.len())),
+                item,
+            )?;
             let flat = block.flat(&piece.triangles);
             piece.triangles = (0..piece.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
             piece.block = blocks.len();
@@ -175,9 +183,11 @@ impl Meshes<'_> {
     }
 }
 
-/// One mesh of all pieces. The blocks that are left stand one after the other.
+/// One mesh of all pieces. The blocks that are left stand one after the other; those after the first `blocks_of_file` are
+/// flat.
 fn joined(
     blocks: Vec<Option<Vertices>>,
+    blocks_of_file: usize,
     pieces: &[Piece],
     target_count: usize,
     item: &Item,
@@ -189,6 +199,7 @@ fn joined(
         first_vertex.push(count as u32);
         count += block.as_ref().map_or(0, Vertices::count);
     }
+    let flat_from = first_vertex.get(blocks_of_file).map_or(count, |&first| first as usize);
     let mut blocks: Vec<Vertices> = blocks.into_iter().flatten().collect();
     let mut triangles = Vec::with_capacity(pieces.iter().map(|piece| piece.triangles.len()).sum());
     let mut parts: Vec<Part> = Vec::new();
@@ -222,16 +233,11 @@ fn joined(
     let weights = concatenated(weights, &counts, FIRST_JOINT.1);
     let skin = joints.zip(weights).map(|(joints, weights)| Skin { joints, weights });
     let targets = targets(&mut blocks, target_count, &counts, normals.is_some());
-    Geometry { positions, normals, triangles, skin, targets, surface: Surface { parts, uvs, colors } }
+    Geometry { positions, normals, flat_from, triangles, skin, targets, surface: Surface { parts, uvs, colors } }
 }
 
 /// A primitive that has fewer targets than another is not moved by those that it lacks.
-fn targets(
-    blocks: &mut [Vertices],
-    target_count: usize,
-    counts: &[usize],
-    with_normals: bool,
-) -> Vec<MorphTarget> {
+fn targets(blocks: &mut [Vertices], target_count: usize, counts: &[usize], with_normals: bool) -> Vec<MorphTarget> {
     (0..target_count)
         .map(|i| {
             let positions = blocks.iter_mut().map(|block| block.targets.get_mut(i)?.positions.take());

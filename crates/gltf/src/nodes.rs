@@ -2,21 +2,26 @@
 //!
 //! Everything here walks arrays, since a file may hang a hundred thousand nodes on one another.
 
-use gltf::json::Node;
 use kinetree::Affine;
 
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::ignored;
+use crate::json::Node;
 use crate::notes::Notes;
 
 /// The nodes of a file. Always: every node stands in `order` once, after its parent.
-pub(crate) struct Hierarchy {
-    pub(crate) order: Vec<usize>,
-    pub(crate) parent: Vec<Option<usize>>,
+pub(crate) struct Hierarchy<'a> {
+    document: &'a Document,
+    order: Vec<u32>,
+    /// [`NONE`] for a root.
+    parents: Vec<u32>,
     /// Whether the scene that is shown has the node.
     pub(crate) in_scene: Vec<bool>,
-    pub(crate) local: Vec<Local>,
 }
+
+/// No node.
+const NONE: u32 = u32::MAX;
 
 /// A placement relative to the parent.
 #[derive(Debug, Clone, Copy)]
@@ -80,99 +85,138 @@ pub(crate) fn unit(quaternion: [f32; 4]) -> Option<[f32; 4]> {
     (length.is_finite() && length > 0.0).then(|| quaternion.map(|q| (q / length) as f32))
 }
 
-impl Hierarchy {
-    pub(crate) fn read(document: &Document, notes: &mut Notes) -> Result<Self, Problem> {
+impl<'a> Hierarchy<'a> {
+    pub(crate) fn read(document: &'a Document, notes: &mut Notes) -> Result<Self, Problem> {
         let nodes = &document.root.nodes;
-        let mut parent = vec![None; nodes.len()];
+        let mut parents = vec![NONE; nodes.len()];
         for (index, node) in nodes.iter().enumerate() {
-            for &child in node.children.iter().flatten() {
+            for child in node.children() {
                 document.get(child, "node", &document.node_item(index))?;
-                if let Some(first) = parent[child.value()].replace(index) {
+                let first = std::mem::replace(&mut parents[child.value()], index as u32);
+                if first != NONE {
                     let reason = format!("is a child of both node {first} and node {index}");
                     return Err(document.node_item(child.value()).invalid(reason));
                 }
             }
+            check_placement(node, || document.node_item(index), notes)?;
+            if node.is_hidden() {
+                ignored::extension("KHR_node_visibility", Some(&document.node_item(index)), notes);
+            }
         }
-        let order = parents_first(document, &parent)?;
-        let mut is_root = vec![false; nodes.len()];
-        for root in scene_roots(document, &parent)? {
-            if parent[root].take().is_some() {
+        let order = parents_first(document, &parents)?;
+        let mut in_scene = vec![false; nodes.len()];
+        for root in scene_roots(document, &parents)? {
+            if std::mem::replace(&mut parents[root], NONE) != NONE {
                 notes.add(|| format!("{} is a root of the scene and is cut from its parent", document.node_item(root)));
             }
-            is_root[root] = true;
+            in_scene[root] = true;
         }
-        let mut in_scene = is_root;
-        for &node in &order {
-            in_scene[node] |= parent[node].is_some_and(|parent| in_scene[parent]);
-        }
-        let local = |(index, node): (usize, &Node)| local(node, &document.node_item(index), notes);
-        let local = nodes.iter().enumerate().map(local).collect::<Result<_, _>>()?;
-        Ok(Self { order, parent, in_scene, local })
+        let mut hierarchy = Self { document, order, parents, in_scene };
+        let roots = std::mem::take(&mut hierarchy.in_scene);
+        hierarchy.in_scene = hierarchy.spread_down(roots);
+        Ok(hierarchy)
+    }
+
+    /// Every node once, after its parent.
+    pub(crate) fn parents_first(&self) -> impl DoubleEndedIterator<Item = usize> {
+        self.order.iter().map(|&node| node as usize)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    pub(crate) fn parent(&self, node: usize) -> Option<usize> {
+        Some(self.parents[node]).filter(|&parent| parent != NONE).map(|parent| parent as usize)
+    }
+
+    /// Where a node stands, relative to its parent.
+    pub(crate) fn local(&self, node: usize) -> Local {
+        local(&self.document.root.nodes[node])
     }
 
     /// For every node, whether it or any node above it is among `movers`.
     pub(crate) fn below(&self, movers: impl Iterator<Item = usize>) -> Vec<bool> {
-        let mut moves = vec![false; self.parent.len()];
+        let mut moves = vec![false; self.len()];
         movers.for_each(|node| moves[node] = true);
-        for &node in &self.order {
-            moves[node] |= self.parent[node].is_some_and(|parent| moves[parent]);
+        self.spread_down(moves)
+    }
+
+    /// For every node, whether it or any node below it is among `bearers`.
+    pub(crate) fn above(&self, bearers: impl Iterator<Item = usize>) -> Vec<bool> {
+        let mut bears = vec![false; self.len()];
+        bearers.for_each(|node| bears[node] = true);
+        for node in self.parents_first().rev().filter(|&node| self.parents[node] != NONE) {
+            bears[self.parents[node] as usize] |= bears[node];
         }
-        moves
+        bears
+    }
+
+    fn spread_down(&self, mut marks: Vec<bool>) -> Vec<bool> {
+        for node in self.parents_first() {
+            marks[node] |= self.parent(node).is_some_and(|parent| marks[parent]);
+        }
+        marks
     }
 }
 
 /// Every node after its parent.
-fn parents_first(document: &Document, parent: &[Option<usize>]) -> Result<Vec<usize>, Problem> {
-    let mut order: Vec<usize> = (0..parent.len()).filter(|&node| parent[node].is_none()).collect();
+fn parents_first(document: &Document, parents: &[u32]) -> Result<Vec<u32>, Problem> {
+    let mut order: Vec<u32> = Vec::with_capacity(parents.len());
+    order.extend((0..parents.len() as u32).filter(|&node| parents[node as usize] == NONE));
     let mut next = 0;
     while let Some(&node) = order.get(next) {
-        order.extend(document.root.nodes[node].children.iter().flatten().map(|child| child.value()));
+        order.extend(document.root.nodes[node as usize].children().map(|child| child.value() as u32));
         next += 1;
     }
-    if order.len() == parent.len() {
+    if order.len() == parents.len() {
         return Ok(order);
     }
-    let mut reached = vec![false; parent.len()];
-    order.iter().for_each(|&node| reached[node] = true);
+    let mut reached = vec![false; parents.len()];
+    order.iter().for_each(|&node| reached[node as usize] = true);
     let lost = reached.iter().position(|reached| !reached).unwrap_or_default();
     Err(document.node_item(lost).invalid("is in a cycle of nodes, or below one"))
 }
 
 /// The roots of the default scene, of the first scene, or all roots.
-fn scene_roots(document: &Document, parent: &[Option<usize>]) -> Result<Vec<usize>, Problem> {
+fn scene_roots(document: &Document, parents: &[u32]) -> Result<Vec<usize>, Problem> {
     let root = &document.root;
     let scene = match root.scene {
         Some(index) => Some((index.value(), document.get(index, "scene", &Item::new("asset", 0))?)),
         None => root.scenes.first().map(|scene| (0, scene)),
     };
     let Some((index, scene)) = scene else {
-        return Ok((0..parent.len()).filter(|&node| parent[node].is_none()).collect());
+        return Ok((0..parents.len()).filter(|&node| parents[node] == NONE).collect());
     };
-    let item = Item::named("scene", index, scene.name.as_ref());
+    let item = Item::named("scene", index, scene.name.as_deref());
     scene.nodes.iter().map(|&node| document.get(node, "node", &item).map(|_| node.value())).collect()
 }
 
-fn local(node: &Node, item: &Item, notes: &mut Notes) -> Result<Local, Problem> {
-    let unbounded = || item.invalid("has a transform that is not finite");
-    if let Some(m) = node.matrix {
-        if !m.iter().all(|number| number.is_finite()) {
-            return Err(unbounded());
-        }
-        if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
-            notes.add(|| format!("{item}: the last row of its matrix is ignored"));
-        }
+/// Refuses a placement that is not finite, and notes what [`local`] leaves out.
+fn check_placement(node: &Node, item: impl Fn() -> Item, notes: &mut Notes) -> Result<(), Problem> {
+    let matrix = node.matrix.iter().flat_map(|matrix| matrix.iter());
+    let vectors = node.translation.iter().chain(&node.scale).flat_map(|vector| vector.iter());
+    let rotation = node.rotation.iter().flat_map(|rotation| rotation.iter());
+    if !matrix.chain(vectors).chain(rotation).all(|number| number.is_finite()) {
+        return Err(item().invalid("has a transform that is not finite"));
+    }
+    if node.matrix.as_ref().is_some_and(|m| [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0]) {
+        notes.add(|| format!("{}: the last row of its matrix is ignored", item()));
+    }
+    if node.matrix.is_none() && node.rotation.as_ref().is_some_and(|rotation| unit(**rotation).is_none()) {
+        notes.add(|| format!("{}: its rotation is zero, and is ignored", item()));
+    }
+    Ok(())
+}
+
+fn local(node: &Node) -> Local {
+    if let Some(m) = &node.matrix {
         let column = |i: usize| [m[4 * i], m[4 * i + 1], m[4 * i + 2]];
-        return Ok(Local::Matrix(Affine::from_columns(column(0), column(1), column(2), column(3))));
+        return Local::Matrix(Affine::from_columns(column(0), column(1), column(2), column(3)));
     }
-    let translation = node.translation.unwrap_or([0.0; 3]);
-    let scale = node.scale.unwrap_or([1.0; 3]);
-    let rotation = node.rotation.unwrap_or_default().0;
-    if !translation.iter().chain(&scale).chain(&rotation).all(|number| number.is_finite()) {
-        return Err(unbounded());
-    }
-    let rotation = unit(rotation).unwrap_or_else(|| {
-        notes.add(|| format!("{item}: its rotation is zero, and is ignored"));
-        NO_TURN
-    });
-    Ok(Local::Parts(Parts { translation, rotation, scale }))
+    Local::Parts(Parts {
+        translation: node.translation.as_deref().copied().unwrap_or([0.0; 3]),
+        rotation: node.rotation.as_deref().and_then(|&rotation| unit(rotation)).unwrap_or(NO_TURN),
+        scale: node.scale.as_deref().copied().unwrap_or([1.0; 3]),
+    })
 }

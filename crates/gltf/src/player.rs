@@ -1,6 +1,6 @@
 //! Moves a scene as an animation says, and bends what hangs on joints or has morph targets.
 
-use kinetree::{Affine, EditError, MeshId, NodeId, Pose, Scene};
+use kinetree::{Affine, EditError, InstanceId, MeshId, NodeId, Pose, Scene};
 use kinetree_render::Animation;
 
 use crate::clip::Channels;
@@ -8,7 +8,7 @@ use crate::keys::Keys;
 use crate::nodes::Parts;
 use crate::skeleton::{Bones, Skin};
 
-/// Plays one animation, over and over.
+/// Plays animations, over and over.
 pub(crate) struct Player {
     /// Seconds.
     pub(crate) duration: f64,
@@ -32,14 +32,30 @@ pub(crate) struct Mover {
 /// A mesh that is bent.
 pub(crate) struct Body {
     pub(crate) mesh: MeshId,
-    /// Among the player's skins.
-    pub(crate) skin: Option<usize>,
+    pub(crate) skinned: Option<Skinned>,
     /// Of its morph targets, now.
     pub(crate) weights: Vec<f32>,
     pub(crate) keys: Option<Keys>,
     /// The version of the skin that it was posed with last; `None` before the first pose.
     pub(crate) posed_with: Option<u64>,
 }
+
+/// What hangs a body on joints.
+pub(crate) struct Skinned {
+    /// Among the player's skins.
+    pub(crate) skin: usize,
+    /// The node of the mesh. Its determinant decides which side of the triangles is the front, and nothing else about it
+    /// counts (glTF 2.0 specification, section 3.7.4).
+    pub(crate) node_bone: usize,
+    /// Where the mesh stands. While the node mirrors, the mesh is posed in a mirrored space, which the placement of its
+    /// instances mirrors back: it looks the same, and its fronts are where the node wants them.
+    pub(crate) instances: Vec<InstanceId>,
+    /// Whether the instances are mirrored.
+    pub(crate) is_mirrored: bool,
+}
+
+/// Its own inverse.
+const MIRROR: Affine = Affine::from_columns([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]);
 
 impl Mover {
     fn local(&self, seconds: f64) -> Affine {
@@ -64,12 +80,39 @@ impl Body {
         std::mem::swap(scratch, &mut self.weights);
         changed
     }
+
+    /// Gives the scene its pose, if it is another than before.
+    fn pose(&mut self, scene: &mut Scene, bones: &Bones, skins: &[Skin]) -> Result<(), EditError> {
+        let mirrored = self.skinned.as_ref().is_some_and(|skinned| bones.is_mirrored(skinned.node_bone));
+        if let Some(skinned) = self.skinned.as_mut().filter(|skinned| skinned.is_mirrored != mirrored) {
+            self.posed_with = None;
+            for &instance in &skinned.instances {
+                scene.place(instance, if mirrored { MIRROR } else { Affine::IDENTITY })?;
+            }
+            skinned.is_mirrored = mirrored;
+        }
+        let skin = self.skinned.as_ref().map(|skinned| &skins[skinned.skin]);
+        let version = skin.map_or(0, Skin::version);
+        if self.posed_with == Some(version) {
+            return Ok(());
+        }
+        let matrices = skin.map_or(&[][..], Skin::matrices);
+        let reflected: Vec<Affine>;
+        let joints = if mirrored {
+            reflected = matrices.iter().map(|&matrix| MIRROR * matrix).collect();
+            &reflected
+        } else {
+            matrices
+        };
+        scene.pose(self.mesh, &Pose { weights: &self.weights, joints })?;
+        self.posed_with = Some(version);
+        Ok(())
+    }
 }
 
 impl Animation for Player {
     fn go_to(&mut self, scene: &mut Scene, seconds: f64) -> Result<(), EditError> {
-        let wrapped = if self.duration > 0.0 { seconds.rem_euclid(self.duration) } else { 0.0 };
-        let seconds = if wrapped.is_finite() { wrapped } else { 0.0 };
+        let seconds = moment(seconds, self.duration);
         for mover in &mut self.movers {
             let local = mover.local(seconds);
             if mover.placed == Some(local) {
@@ -88,22 +131,70 @@ impl Animation for Player {
         }
         let mut scratch = Vec::new();
         for body in &mut self.bodies {
-            let reweighed = body.reweigh(seconds, &mut scratch);
-            if reweighed {
+            if body.reweigh(seconds, &mut scratch) {
                 // Until the scene has taken the pose.
                 body.posed_with = None;
             }
-            let skin = body.skin.map(|skin| &self.skins[skin]);
-            let version = skin.map_or(0, Skin::version);
-            if body.posed_with != Some(version) {
-                scene.pose(body.mesh, &Pose { weights: &body.weights, joints: skin.map_or(&[], Skin::matrices) })?;
-                body.posed_with = Some(version);
-            }
+            body.pose(scene, &self.bones, &self.skins)?;
         }
         Ok(())
     }
 
     fn duration(&self) -> f64 {
         self.duration
+    }
+}
+
+/// Where a time falls in an animation that is repeated. What ends a round belongs to it, so that the last pose is shown:
+/// after 0, the round is `0 < moment <= duration`.
+fn moment(seconds: f64, duration: f64) -> f64 {
+    let into = seconds.rem_euclid(duration);
+    // Not positive, or not finite: nothing moves, or nobody knows where.
+    if !into.is_finite() || duration <= 0.0 {
+        return 0.0;
+    }
+    // The duration was rounded to `f32` in the file, so that the time of its last frame may lie just behind it.
+    let rounding = (seconds * f64::from(f32::EPSILON)).min(duration * LONGEST_ROUNDING);
+    if seconds > 0.5 * duration && into <= rounding { duration } else { into }
+}
+
+/// As a share of the duration: less than anybody sees.
+const LONGEST_ROUNDING: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_round_ends_with_its_last_moment() {
+        for (seconds, duration, wanted) in [
+            (0.0, 1.0, 0.0),
+            (0.25, 1.0, 0.25),
+            (1.0, 1.0, 1.0),
+            (1.25, 1.0, 0.25),
+            (2.0, 1.0, 1.0),
+            (-0.25, 1.0, 0.75),
+            (-1.0, 1.0, 0.0),
+            (3.0, 0.0, 0.0),
+            (f64::NAN, 1.0, 0.0),
+            (f64::INFINITY, 1.0, 0.0),
+        ] {
+            assert_eq!(moment(seconds, duration), wanted, "{seconds} of {duration}");
+        }
+    }
+
+    #[test]
+    fn the_time_of_the_last_frame_is_the_end_whatever_the_rounding() {
+        for frames in 1..2000 {
+            for rate in [24.0, 25.0, 30.0, 29.97, 60.0] {
+                let exact = f64::from(frames) / rate;
+                let duration = f64::from(exact as f32);
+                for round in [1.0, 2.0, 7.0] {
+                    let wanted = moment(round * exact, duration);
+                    assert!((wanted - duration).abs() < 1e-6 * duration, "{frames} frames at {rate}, round {round}");
+                }
+                assert!((moment(exact + 0.5 / rate, duration) - 0.5 / rate).abs() < 1e-4);
+            }
+        }
     }
 }

@@ -2,13 +2,12 @@
 
 use std::collections::HashMap;
 
-use gltf::json::accessor::Type;
-use gltf::json::{self, Index};
 use kinetree::Affine;
 
 use crate::accessor::Accessors;
 use crate::document::Document;
 use crate::error::{Item, Problem};
+use crate::json::{self, Index, Shape};
 use crate::nodes::Hierarchy;
 
 /// The joints of all skins, and the nodes above them. Always: a bone stands after its parent.
@@ -34,23 +33,24 @@ pub(crate) struct Skin {
 
 impl Bones {
     /// The bones for some joints, in their rest state.
-    pub(crate) fn new(hierarchy: &Hierarchy, joints: impl Iterator<Item = usize>) -> Self {
-        let mut needed = vec![false; hierarchy.parent.len()];
+    pub(crate) fn new(hierarchy: &Hierarchy<'_>, joints: impl Iterator<Item = usize>) -> Self {
+        let mut needed = vec![false; hierarchy.len()];
         for joint in joints {
             let mut node = Some(joint);
             // What is already needed has its ancestors.
             while let Some(here) = node.filter(|&here| !needed[here]) {
                 needed[here] = true;
-                node = hierarchy.parent[here];
+                node = hierarchy.parent(here);
             }
         }
         let mut bones = Self { moved: true, ..Self::default() };
-        for &node in hierarchy.order.iter().filter(|&&node| needed[node]) {
+        for node in hierarchy.parents_first().filter(|&node| needed[node]) {
             bones.of_node.insert(node, bones.parent.len());
-            bones.parent.push(hierarchy.parent[node].map(|parent| bones.of_node[&parent]));
-            bones.parent_from_bone.push(hierarchy.local[node].affine());
+            bones.parent.push(hierarchy.parent(node).map(|parent| bones.of_node[&parent]));
+            bones.parent_from_bone.push(hierarchy.local(node).affine());
         }
         bones.world_from_bone = bones.parent_from_bone.clone();
+        bones.resolve();
         bones
     }
 
@@ -68,11 +68,23 @@ impl Bones {
         if !std::mem::take(&mut self.moved) {
             return false;
         }
+        self.resolve();
+        true
+    }
+
+    /// Whether what hangs on a bone is seen as in a mirror: the determinant of its placement in the world is negative.
+    pub(crate) fn is_mirrored(&self, bone: usize) -> bool {
+        // In double precision, the product of three small or large numbers keeps its sign.
+        let world = &self.world_from_bone[bone];
+        let [x, y, z] = [world.x_axis, world.y_axis, world.z_axis].map(|axis| glam::Vec3::from(axis).as_dvec3());
+        x.cross(y).dot(z) < 0.0
+    }
+
+    fn resolve(&mut self) {
         for bone in 0..self.parent.len() {
             let local = self.parent_from_bone[bone];
             self.world_from_bone[bone] = self.parent[bone].map_or(local, |parent| self.world_from_bone[parent] * local);
         }
-        true
     }
 }
 
@@ -86,7 +98,7 @@ impl Skin {
         from: &Item,
     ) -> Result<Self, Problem> {
         let skin = document.get(index, "skin", from)?;
-        let item = Item::named("skin", index.value(), skin.name.as_ref());
+        let item = Item::named("skin", index.value(), skin.name.as_deref());
         let mut joints = Vec::with_capacity(skin.joints.len());
         for &joint in &skin.joints {
             document.get(joint, "node", &item)?;
@@ -95,7 +107,7 @@ impl Skin {
         let joint_from_mesh = match skin.inverse_bind_matrices {
             None => vec![Affine::IDENTITY; joints.len()],
             Some(accessor) => {
-                let matrices = accessors.floats::<16>(accessor, Type::Mat4, &item)?;
+                let matrices = accessors.floats::<16>(accessor, Shape::Mat4, &item)?;
                 if matrices.len() < joints.len() || !matrices.as_flattened().iter().all(|number| number.is_finite()) {
                     return Err(
                         item.invalid("has fewer inverse bind matrices than joints, or some that are not finite")

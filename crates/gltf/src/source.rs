@@ -8,9 +8,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gltf::json;
-
 use crate::error::{Item, Problem, Quoted};
+use crate::json::{Buffer, List};
 use crate::uri::{self, Target};
 
 /// A file that is split into its chunks, and the way to others.
@@ -37,16 +36,16 @@ impl Source {
     }
 
     /// The bytes of all buffers, each at least as long as it says. Buffers with the same URI share their bytes.
-    pub(crate) fn buffers(&self, buffers: &[json::Buffer]) -> Result<Vec<Arc<[u8]>>, Problem> {
+    pub(crate) fn buffers(&self, buffers: &List<Buffer>) -> Result<Vec<Arc<[u8]>>, Problem> {
         let mut known: HashMap<&str, Arc<[u8]>> = HashMap::new();
         let mut all = Vec::with_capacity(buffers.len());
         for (index, buffer) in buffers.iter().enumerate() {
-            let item = Item::named("buffer", index, buffer.name.as_ref());
+            let item = Item::named("buffer", index, buffer.name.as_deref());
             let bytes = match &buffer.uri {
                 None => {
                     self.binary.clone().ok_or_else(|| item.invalid("has no URI, and the file has no binary chunk"))?
                 }
-                Some(uri) => match known.get(uri.as_str()) {
+                Some(uri) => match known.get(&**uri) {
                     Some(bytes) => Arc::clone(bytes),
                     None => {
                         let bytes: Arc<[u8]> = self.fetch(uri)?.into();
@@ -55,8 +54,8 @@ impl Source {
                     }
                 },
             };
-            if (bytes.len() as u64) < buffer.byte_length.0 {
-                let stated = buffer.byte_length.0;
+            if (bytes.len() as u64) < buffer.byte_length {
+                let stated = buffer.byte_length;
                 return Err(item.invalid(format!("says that it has {stated} bytes, but has {}", bytes.len())));
             }
             all.push(bytes);

@@ -1,6 +1,6 @@
 //! Triangles out of lists, strips and fans (glTF 2.0 specification, section 3.7.2.1).
 
-use gltf::json::mesh::Mode;
+use crate::json::Mode;
 
 /// The triangles that a primitive draws, with the winding that the specification gives them; `None` for points and
 /// lines. Vertices that are too few for one more triangle draw nothing.

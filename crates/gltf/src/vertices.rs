@@ -1,14 +1,11 @@
 //! The vertices of a primitive, as its attributes give them.
 
-use gltf::json::Index;
-use gltf::json::accessor::{Accessor, Type};
-use gltf::json::mesh::{Primitive, Semantic};
-use gltf::json::validation::Checked;
 use kinetree::Skin;
 
 use crate::accessor::Accessors;
 use crate::error::{Item, Problem};
 use crate::influences;
+use crate::json::{Accessor, Index, Primitive, Semantic, Shape};
 use crate::normals::face_normal;
 use crate::notes::Notes;
 
@@ -42,7 +39,7 @@ pub(crate) struct Displacements {
 
 impl Sources {
     pub(crate) fn of(primitive: &Primitive, coordinate_set: u32) -> Self {
-        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+        let attribute = |semantic| primitive.attributes.get(semantic);
         let influences = |set| attribute(Semantic::Joints(set)).zip(attribute(Semantic::Weights(set)));
         let targets = primitive.targets.iter().flatten();
         Self {
@@ -56,14 +53,14 @@ impl Sources {
     }
 
     pub(crate) fn read(&self, accessors: &Accessors<'_>, item: &Item, notes: &mut Notes) -> Result<Vertices, Problem> {
-        let vectors = |index| accessors.floats::<3>(index, Type::Vec3, item);
+        let vectors = |index| accessors.floats::<3>(index, Shape::Vec3, item);
         let positions = self.positions.map(vectors).transpose()?.unwrap_or_default();
         if let Some(vertex) = first_unbounded(&positions) {
             return Err(item.invalid(format!("has a vertex, {vertex}, whose position is not finite")));
         }
         let count = positions.len();
         let normals = self.normals.map(vectors).transpose()?;
-        let mut uvs = self.uvs.map(|index| accessors.floats::<2>(index, Type::Vec2, item)).transpose()?;
+        let mut uvs = self.uvs.map(|index| accessors.floats::<2>(index, Shape::Vec2, item)).transpose()?;
         let mut colors = self.colors.map(|index| colors(accessors, index, item)).transpose()?;
         for (what, length) in [
             ("normals", normals.as_ref().map(Vec::len)),
@@ -132,11 +129,11 @@ pub(crate) fn numbers_per_vertex(targets: usize) -> u64 {
 /// RGB or RGBA.
 fn colors(accessors: &Accessors<'_>, index: Index<Accessor>, item: &Item) -> Result<Vec<[f32; 4]>, Problem> {
     match accessors.shape(index, item)? {
-        Type::Vec3 => {
-            let colors = accessors.floats::<3>(index, Type::Vec3, item)?;
+        Shape::Vec3 => {
+            let colors = accessors.floats::<3>(index, Shape::Vec3, item)?;
             Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
         }
-        _ => accessors.floats::<4>(index, Type::Vec4, item),
+        _ => accessors.floats::<4>(index, Shape::Vec4, item),
     }
 }
 

@@ -55,7 +55,7 @@ fn factors_become_colour_and_emission() {
 }
 
 #[test]
-fn alpha_modes_decide_who_is_opaque() {
+fn alpha_modes_are_read() {
     for (json, alpha) in [
         (json!({ "alphaMode": "MASK" }), Alpha::Mask { cutoff: 0.5 }),
         (json!({ "alphaMode": "MASK", "alphaCutoff": 0.25 }), Alpha::Mask { cutoff: 0.25 }),
@@ -63,9 +63,8 @@ fn alpha_modes_decide_who_is_opaque() {
         (json!({ "alphaMode": "OPAQUE" }), Alpha::Opaque),
         (json!({}), Alpha::Opaque),
     ] {
-        let (material, opaque) = material(&dressed(json));
+        let (material, _) = material(&dressed(json));
         assert_eq!(material.alpha, alpha);
-        assert_eq!(opaque, alpha == Alpha::Opaque);
         assert!(!material.two_sided);
     }
     assert!(dressed(json!({ "alphaMode": "GLOW" })).bad().contains("material 0 has an unknown alpha mode"));
@@ -125,7 +124,7 @@ fn textures_are_decoded_once_and_keep_their_sampling() {
 
 #[test]
 fn images_come_from_files_and_broken_ones_are_named() {
-    let textured = json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } });
+    let textured = json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } } });
     let with_image =
         |image: Value| dressed(textured.clone()).with(json!({ "images": [image], "textures": [{ "source": 0 }] }));
     let folder = TempFolder::new();
@@ -134,15 +133,155 @@ fn images_come_from_files_and_broken_ones_are_named() {
     let loaded = kinetree_gltf::load(&folder.write("scene.glb", &writer.glb())).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(loaded.world.look.textures.len(), 1);
 
-    assert!(writer.bad().contains("refers to \"b.png\", which cannot be read"));
-    let cut = &png(&two_pixels())[..40];
-    let data: String = cut.iter().map(|byte| format!("%{byte:02x}")).collect();
-    let broken = with_image(json!({ "name": "wood", "uri": format!("data:image/png,{data}") }));
-    assert!(broken.bad().contains("image 0 \"wood\" cannot be decoded"), "{}", broken.bad());
-    let unknown = with_image(json!({ "uri": "data:image/ktx2,%abKTX 20" })).good();
-    assert_eq!((unknown.world.look.textures.len(), unknown.notes.len()), (0, 1));
-    let missing = dressed(textured.clone()).with(json!({ "textures": [{ "source": 7 }] }));
-    assert!(missing.bad().contains("texture 0 refers to image 7, but there are 0"), "{}", missing.bad());
+    let data = |bytes: &[u8]| bytes.iter().map(|byte| format!("%{byte:02x}")).collect::<String>();
+    let good = png(&two_pixels());
+    let (cut, mut damaged) = (&good[..40], good.clone());
+    let middle = damaged.len() - 20;
+    damaged[middle] ^= 0x55;
+    let named =
+        |name: &str, kind: &str, bytes: &[u8]| json!({ "name": name, "uri": format!("data:{kind},{}", data(bytes)) });
+    for (image, note) in [
+        (json!({ "uri": "b.png" }), "image 0 refers to \"b.png\", which cannot be read"),
+        (
+            json!({ "uri": "http://example.org/b.png" }),
+            "image 0 refers to \"http://example.org/b.png\", which is neither",
+        ),
+        (json!({ "uri": "data:image/png;base64,?" }), "which holds broken base64"),
+        (named("wood", "image/png", cut), "image 0 \"wood\" cannot be decoded"),
+        (named("wood", "image/png", &damaged), "image 0 \"wood\" cannot be decoded"),
+        (named("wood", "image/png", &good[..8]), "image 0 \"wood\" cannot be decoded"),
+        (named("wood", "image/jpeg", b"\xff\xd8\xff"), "image 0 \"wood\" cannot be decoded"),
+        (named("wood", "image/ktx2", b"\xabKTX 20"), "image 0 \"wood\" is neither PNG nor JPEG"),
+        (json!({ "bufferView": 77 }), "image 0 refers to buffer view 77, but there are"),
+        (json!({}), "image 0 has neither a buffer view nor a URI"),
+    ] {
+        // Two textures of the same image, sampled in two ways: one note each, and the rest of the scene.
+        let mut writer = with_image(image.clone());
+        let mut loaded = writer.good();
+        assert_eq!((loaded.world.look.textures.len(), frame(&mut loaded, 0.0).instances().len()), (0, 1), "{image}");
+        assert_eq!(loaded.world.look.materials[0].base_color_texture, None);
+        assert!(loaded.notes.len() == 1 && loaded.notes[0].contains(note), "{note}: {:?}", loaded.notes);
+        assert!(loaded.notes[0].ends_with("; the texture is left out"), "{:?}", loaded.notes);
+        writer.json["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
+        assert_eq!(writer.good().notes.len(), 1);
+    }
+    let missing = dressed(textured.clone()).with(json!({ "textures": [{ "source": 7 }] })).good();
+    assert_eq!(missing.notes, ["texture 0 refers to image 7, but there are 0; the texture is left out"]);
+    let missing = dressed(textured.clone()).good();
+    assert_eq!(missing.notes, ["material 0 refers to texture 0, but there are 0; the texture is left out"]);
+    let mut odd = with_image(json!({ "uri": format!("data:,{}", data(&good)) }));
+    odd.json["textures"][0]["sampler"] = json!(3);
+    let odd = odd.good();
+    assert_eq!(
+        odd.notes,
+        ["texture 0 refers to sampler 3, but there are 0; the texture is sampled as if it named none"]
+    );
+    assert_eq!(odd.world.look.textures.len(), 1);
+}
+
+#[test]
+fn only_what_has_holes_is_not_opaque() {
+    // Pixels with an alpha of 255 and 64, of 255 alone, and no texture; then vertex alphas of 1 and 0.25.
+    let solid = RgbaImage::from_raw(1, 1, vec![1, 2, 3, 255]).expect("a pixel");
+    for (mode, factor, image, vertex_alpha, opaque) in [
+        (json!("OPAQUE"), 0.25, Some(two_pixels()), Some(0.25), true),
+        (json!("MASK"), 1.0, None, None, true),
+        (json!("MASK"), 0.25, None, None, false),
+        (json!("MASK"), 1.0, Some(two_pixels()), None, false),
+        (json!("MASK"), 1.0, Some(solid.clone()), None, true),
+        (json!("MASK"), 1.0, Some(solid.clone()), Some(1.0), true),
+        (json!("MASK"), 1.0, None, Some(0.25), false),
+        (json!("BLEND"), 1.0, None, None, true),
+        (json!("BLEND"), 0.75, None, None, false),
+        (json!("BLEND"), 1.0, Some(two_pixels()), None, false),
+        (json!("BLEND"), 1.0, None, Some(0.25), false),
+    ] {
+        let what = format!("{mode} {factor} {:?} {vertex_alpha:?}", image.as_ref().map(RgbaImage::dimensions));
+        let mut writer = dressed(json!({
+            "alphaMode": mode, "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, factor], "metallicFactor": 0 },
+        }));
+        if let Some(image) = image {
+            let view = writer.view(&png(&image));
+            writer.push("images", json!({ "bufferView": view }));
+            writer.push("textures", json!({ "source": 0 }));
+            writer.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+        }
+        if let Some(alpha) = vertex_alpha {
+            let colors = writer.floats("VEC4", &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, alpha, 1.0, 1.0, 1.0, 1.0]);
+            writer.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+        }
+        assert_eq!(material(&writer).1, opaque, "{what}");
+    }
+    let glass = dressed(json!({ "extensions": { "KHR_materials_transmission": { "transmissionFactor": 1 } } }));
+    assert!(material(&glass).1, "glass is everywhere; what it lets through is not a matter of holes");
+}
+
+#[test]
+fn what_a_file_asks_for_and_does_not_get_is_said_once() {
+    let glossy = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.5, "roughnessFactor": 0.2 },
+        "normalTexture": { "index": 0 }, "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 1 } } });
+    let mut writer = dressed(glossy.clone());
+    let textured = writer.json["meshes"][0]["primitives"][0].clone();
+    for index in 1..6 {
+        writer.push("materials", glossy.clone());
+        let mut primitive = textured.clone();
+        primitive["material"] = json!(index);
+        writer.json["meshes"][0]["primitives"].as_array_mut().expect("an array").push(primitive);
+    }
+    let used = json!({ "extensionsUsed": ["KHR_materials_clearcoat", "KHR_texture_transform", "ACME_sparkle", "ACME_sparkle"] });
+    let wanted = [
+        "a normal texture is ignored at 6 materials, first at material 0: surfaces are as smooth as their geometry",
+        "metalness is ignored at 6 materials, first at material 0: metals reflect diffusely",
+        "roughness is ignored at 6 materials, first at material 0: smooth surfaces reflect diffusely",
+        "the extension ACME_sparkle is ignored: whatever it adds is missing",
+        "the extension KHR_materials_clearcoat is ignored at 6 materials, first at material 0: nothing has a clear coat",
+    ];
+    assert_eq!(writer.with(used).good().notes, wanted);
+
+    let asked = |material: Value| {
+        let mut notes = dressed(material).good().notes;
+        notes
+            .iter_mut()
+            .for_each(|note| *note = note.split(" is ignored at material 0").next().unwrap_or_default().to_owned());
+        notes
+    };
+    assert!(asked(json!({})).is_empty());
+    assert!(asked(json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 1 } })).is_empty());
+    assert_eq!(asked(json!({ "pbrMetallicRoughness": {} })), ["metalness"], "which is 1 unless it is given");
+    let textured =
+        json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "metallicRoughnessTexture": { "index": 0 } } });
+    assert_eq!(asked(textured), ["roughness"]);
+    for (name, what) in [
+        ("KHR_materials_unlit", "the extension KHR_materials_unlit"),
+        ("KHR_materials_specular", "the extension KHR_materials_specular"),
+        ("KHR_materials_sheen", "the extension KHR_materials_sheen"),
+        ("KHR_materials_iridescence", "the extension KHR_materials_iridescence"),
+        ("KHR_materials_anisotropy", "the extension KHR_materials_anisotropy"),
+        ("KHR_materials_pbrSpecularGlossiness", "the extension KHR_materials_pbrSpecularGlossiness"),
+    ] {
+        let mut extensions = json!({});
+        extensions[name] = json!({});
+        assert_eq!(asked(json!({ "extensions": extensions })), [what]);
+    }
+    let glass = |pbr: Value, transmission: Value, volume: Value| {
+        asked(json!({ "pbrMetallicRoughness": pbr, "extensions": {
+            "KHR_materials_transmission": transmission, "KHR_materials_volume": volume } }))
+    };
+    let (clear, full) = (json!({ "roughnessFactor": 0 }), json!({ "transmissionFactor": 1 }));
+    assert!(glass(clear.clone(), full.clone(), json!({ "thicknessFactor": 1 })).is_empty());
+    assert_eq!(glass(json!({ "roughnessFactor": 0.3 }), full.clone(), json!({})), ["the roughness of glass"]);
+    let absorbing = json!({ "thicknessFactor": 1, "attenuationDistance": 2, "attenuationColor": [1, 0, 0] });
+    assert_eq!(glass(clear.clone(), full, absorbing), ["absorption in a volume"]);
+    assert_eq!(glass(clear, json!({ "transmissionFactor": 0.7 }), json!({})), ["transmission in part"]);
+
+    let mut hidden = dressed(json!({}));
+    hidden.json["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": { "visible": false } });
+    hidden.json["extensionsUsed"] = json!(["KHR_node_visibility", "EXT_lights_image_based"]);
+    let wanted = [
+        "the extension EXT_lights_image_based is ignored: the environment gives no light",
+        "the extension KHR_node_visibility is ignored at node 0: hidden nodes are shown",
+    ];
+    assert_eq!(hidden.good().notes, wanted);
 }
 
 #[test]

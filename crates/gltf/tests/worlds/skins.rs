@@ -107,6 +107,24 @@ fn a_vertex_without_weights_follows_the_first_joint() {
 }
 
 #[test]
+fn weights_that_are_negative_or_not_finite_are_called_so_and_count_as_zero() {
+    for (bad, note) in [
+        (-0.25, "mesh 0: 6 joint weights that are negative count as zero"),
+        (f32::NEG_INFINITY, "mesh 0: 6 joint weights that are negative count as zero"),
+        (f32::NAN, "mesh 0: 6 joint weights that are not finite count as zero"),
+        (f32::INFINITY, "mesh 0: 6 joint weights that are not finite count as zero"),
+    ] {
+        let mut writer = bar();
+        let weights = writer.floats("VEC4", &[[1.0, bad, 0.0, 0.0]; 6].concat());
+        writer.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
+        writer.json["nodes"][3]["translation"] = json!([0, 9, 0]);
+        let mut loaded = writer.good();
+        assert_eq!(loaded.notes, [note]);
+        assert_near(&places(&frame(&mut loaded, 0.0))[0][4..5], &[[4.9, 2.0, 0.0]], "all follow the first joint");
+    }
+}
+
+#[test]
 fn broken_skins_are_errors() {
     let change = |change: &dyn Fn(&mut Writer)| {
         let mut writer = bar();
