@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand};
+use kinetree_gltf::Clip;
 use kinetree_render::{IntegratorKind, MAX_PIXELS, MAX_SIDE};
 
 use crate::camera::CameraChoice;
@@ -126,6 +127,9 @@ pub(crate) struct RenderArgs {
     /// How bright: each step of one doubles [default: automatic, and the first frame's for all frames]
     #[arg(long, value_name = "EV", value_parser = exposure_value, allow_hyphen_values = true)]
     pub(crate) exposure: Option<f32>,
+    /// Play one animation of the file, by its name or its number from 0 [default: the first, and all that move other things]
+    #[arg(long, value_name = "NAME|N", value_parser = clip, requires = "scene")]
+    pub(crate) clip: Option<Clip>,
     /// Take the trees of static and rigid meshes from a file that `kinetree bake` made
     #[arg(long, value_name = "TREES")]
     pub(crate) trees: Option<PathBuf>,
@@ -146,6 +150,7 @@ impl RenderArgs {
             camera: None,
             integrator: IntegratorKind::Path,
             exposure: None,
+            clip: None,
             trees: None,
         }
     }
@@ -162,6 +167,9 @@ pub(crate) struct InspectArgs {
     /// List all meshes, not only the largest
     #[arg(long)]
     pub(crate) all: bool,
+    /// Play one animation of the file, by its name or its number from 0 [default: the first, and all that move other things]
+    #[arg(long, value_name = "NAME|N", value_parser = clip, requires = "scene")]
+    pub(crate) clip: Option<Clip>,
     /// Take the trees of static and rigid meshes from a file that `kinetree bake` made
     #[arg(long, value_name = "TREES")]
     pub(crate) trees: Option<PathBuf>,
@@ -172,6 +180,9 @@ pub(crate) struct InspectArgs {
 pub(crate) struct BakeArgs {
     /// A glTF 2.0 file (.glb or .gltf) [default: the built-in race]
     pub(crate) scene: Option<PathBuf>,
+    /// The animation that will be played, by its name or its number from 0 [default: as `kinetree render` has it]
+    #[arg(long, value_name = "NAME|N", value_parser = clip, requires = "scene")]
+    pub(crate) clip: Option<Clip>,
     /// Where the trees go [default: the scene's name with .trees, in the current directory]
     #[arg(long, short, value_name = "TREES")]
     pub(crate) out: Option<PathBuf>,
@@ -192,6 +203,11 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 fn frames_per_second(text: &str) -> Result<f64, String> {
     finite(text).and_then(|fps| if fps > 0.0 { Ok(fps) } else { Err("must be more than 0".into()) })
+}
+
+/// A number is a place in the file; whatever else is a name.
+fn clip(text: &str) -> Result<Clip, String> {
+    Ok(text.parse().map_or_else(|_| Clip::Name(text.to_owned()), Clip::Index))
 }
 
 fn exposure_value(text: &str) -> Result<f32, String> {

@@ -28,7 +28,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     Inputs::of(args.scene.as_deref()).spare(&out)?;
     let destination = Destination::find(&out)?;
     let is_output_taken = destination.is_standard_output();
-    let loaded = scene::load(args.scene.as_deref())?;
+    let loaded = scene::load(args.scene.as_deref(), args.clip.as_ref())?;
     if !common.quiet {
         loaded.notes.iter().for_each(|note| remark(&format!("{}: {note}", loaded.name)));
     }

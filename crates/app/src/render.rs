@@ -26,7 +26,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     numbers.clone().try_for_each(|number| inputs.spare(&names.of(number)))?;
     let first = Destination::find(&names.of(numbers.start))?;
     let is_output_taken = first.is_standard_output();
-    let opened = scene::open(args.scene.as_deref(), args.trees.as_deref())?;
+    let opened = scene::open(args.scene.as_deref(), args.clip.as_ref(), args.trees.as_deref())?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }
@@ -69,7 +69,7 @@ impl Work<'_> {
             last = Some(frame);
         }
         let last = last.ok_or_else(|| Failure::arguments("there are no frames to make"))?;
-        let Opened { name, world, notes, load_time, first_commit, has_default_lighting } = &self.opened;
+        let Opened { name, world, notes, load_time, first_commit, has_default_lighting, .. } = &self.opened;
         let [width, height] = self.args.size;
         Ok(Summary {
             scene: SceneFigures::of(name, world.motion.duration(), &last, *has_default_lighting, notes),

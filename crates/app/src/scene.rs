@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use kinetree::FrameReport;
+use kinetree_gltf::{Clip, ClipInfo, Options};
 use kinetree_render::{Frame, World, default_lighting};
 
 use crate::failure::Failure;
@@ -16,6 +17,8 @@ pub(crate) struct Opened {
     pub(crate) world: World,
     /// What was ignored or repaired, one line each.
     pub(crate) notes: Vec<String>,
+    /// The animations of the file.
+    pub(crate) clips: Vec<ClipInfo>,
     /// Reading and making the world, and taking in trees from a file, before any tree is built.
     pub(crate) load_time: Duration,
     /// The commit that built all trees, at time 0.
@@ -31,6 +34,8 @@ pub(crate) struct Loaded {
     pub(crate) world: World,
     /// What was ignored or repaired, one line each.
     pub(crate) notes: Vec<String>,
+    /// The animations of the file.
+    pub(crate) clips: Vec<ClipInfo>,
     /// Reading and making the world.
     pub(crate) load_time: Duration,
 }
@@ -44,26 +49,27 @@ pub(crate) fn stem(path: Option<&Path>) -> String {
     path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Loads a file, or makes the race.
-pub(crate) fn load(path: Option<&Path>) -> Result<Loaded, Failure> {
+/// Loads a file, and one of its animations if one is named, or makes the race.
+pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, Failure> {
     let name = path.map_or_else(|| "the built-in race".to_owned(), |path| path.display().to_string());
     let start = Instant::now();
-    let (world, notes) = match path {
-        None => (kinetree_race::world(RACE_SEED), Vec::new()),
+    let (world, notes, clips) = match path {
+        None => (kinetree_race::world(RACE_SEED), Vec::new(), Vec::new()),
         Some(path) => {
             check_extension(path)?;
-            let loaded = kinetree_gltf::load(path).map_err(|error| Failure::work(error.to_string()))?;
-            (loaded.world, loaded.notes)
+            let options = Options { clip: clip.cloned().unwrap_or_default(), ..Options::default() };
+            let loaded = kinetree_gltf::load_with(path, &options).map_err(|error| Failure::work(error.to_string()))?;
+            (loaded.world, loaded.notes, loaded.clips)
         }
     };
-    Ok(Loaded { name, world, notes, load_time: start.elapsed() })
+    Ok(Loaded { name, world, notes, clips, load_time: start.elapsed() })
 }
 
 /// Loads a file, or makes the race, and takes its trees from another file, or builds them.
-pub(crate) fn open(path: Option<&Path>, trees: Option<&Path>) -> Result<Opened, Failure> {
+pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path>) -> Result<Opened, Failure> {
     // What is wrong with the smaller file is said before the larger one is read.
     let trees = trees.map(TreeFile::open).transpose()?;
-    let Loaded { name, mut world, notes, mut load_time } = load(path)?;
+    let Loaded { name, mut world, notes, clips, mut load_time } = load(path, clip)?;
     if let Some(trees) = trees {
         let start = Instant::now();
         trees.hand_to(&mut world.scene, &name, path)?;
@@ -72,7 +78,7 @@ pub(crate) fn open(path: Option<&Path>, trees: Option<&Path>) -> Result<Opened, 
     let first_commit = frame_of(&mut world, &name, 0.0)?.view.report().clone();
     let has_default_lighting =
         default_lighting(&mut world).map_err(|error| Failure::work(format!("{name}: at time 0: {error}")))?;
-    Ok(Opened { name, world, notes, load_time, first_commit, has_default_lighting })
+    Ok(Opened { name, world, notes, clips, load_time, first_commit, has_default_lighting })
 }
 
 impl Opened {

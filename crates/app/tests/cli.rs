@@ -287,3 +287,49 @@ fn every_shared_scene_has_valid_trees() {
         check_inspection(&serde_json::from_slice(&program.stdout).unwrap());
     }
 }
+
+/// A triangle that goes aside in an animation "go" of 1 s, and up in another, "rise", of 2 s.
+fn two_clips(file: &std::path::Path) {
+    let floats: Vec<f32> = [vec![0.0; 9], vec![0.0, 1.0], vec![0.0, 2.0], vec![0.0, 0.0, 0.0, 3.0, 0.0, 0.0]].concat();
+    let data: String = floats.iter().flat_map(|x| x.to_le_bytes()).map(|byte| format!("%{byte:02x}")).collect();
+    let (mut views, mut accessors) = (Vec::new(), Vec::new());
+    for (start, count, shape, width) in
+        [(0, 3, "VEC3", 3), (9, 2, "SCALAR", 1), (11, 2, "SCALAR", 1), (13, 2, "VEC3", 3)]
+    {
+        views.push(serde_json::json!({ "buffer": 0, "byteOffset": 4 * start, "byteLength": 4 * count * width }));
+        let view = views.len() - 1;
+        accessors.push(serde_json::json!({ "bufferView": view, "componentType": 5126, "count": count, "type": shape }));
+    }
+    let clip = |name: &str, input: usize, path: &str| {
+        serde_json::json!({ "name": name, "samplers": [{ "input": input, "output": 3 }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": path } }] })
+    };
+    let text = serde_json::json!({
+        "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "buffers": [{ "byteLength": 4 * floats.len(), "uri": format!("data:,{data}") }],
+        "bufferViews": views, "accessors": accessors,
+        "animations": [clip("go", 1, "translation"), clip("rise", 2, "translation")],
+    });
+    fs::write(file, text.to_string()).unwrap();
+}
+
+#[test]
+fn clips_are_listed_and_chosen() {
+    let desk = Desk::new();
+    two_clips(&desk.path("clips.gltf"));
+    let text = desk.succeed("inspect clips.gltf");
+    assert!(text.contains("  clips      0 \"go\", 1 \"rise\" (not played)\n"), "{text}");
+    for (choice, played, duration) in
+        [("", [true, false], 1.0), ("--clip rise", [false, true], 2.0), ("--clip 1", [false, true], 2.0)]
+    {
+        let json = desk.json(&format!("inspect clips.gltf --json {choice}"));
+        let found: Vec<bool> = json["clips"].as_array().unwrap().iter().map(|c| c["is_played"] == true).collect();
+        assert_eq!((found, json["scene"]["duration_s"].as_f64()), (played.to_vec(), Some(duration)), "{choice}");
+    }
+    for command in ["inspect clips.gltf", "render clips.gltf", "bake clips.gltf"] {
+        let error = desk.fail_in_one_line(&format!("{command} --clip fly"));
+        assert!(error.contains("has no animation \"fly\": it has 2: 0 \"go\", 1 \"rise\""), "{error}");
+    }
+    desk.fail("inspect --clip go", 2);
+}

@@ -5,6 +5,7 @@ mod text;
 use std::collections::HashMap;
 
 use kinetree::{MeshId, Motion, Snapshot};
+use kinetree_gltf::ClipInfo;
 use kinetree_render::Frame;
 use serde::Serialize;
 
@@ -18,7 +19,7 @@ use crate::trees::{CommitFigures, MOTIONS, TreeFigures, name_of};
 
 /// Prints what there is to say, and fails if any tree is not valid.
 pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
-    let mut opened = scene::open(args.scene.as_deref(), args.trees.as_deref())?;
+    let mut opened = scene::open(args.scene.as_deref(), args.clip.as_ref(), args.trees.as_deref())?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }
@@ -34,6 +35,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
         memory: MemoryFigures::of(frame.view.report(), &frame.look),
         look: LookFigures::of(&frame),
         cameras: opened.world.cameras.iter().map(|source| source.name.clone()).collect(),
+        clips: opened.clips.iter().map(ClipFigures::of).collect(),
         motions: MOTIONS.map(|(motion, name)| MotionFigures::of(&meshes, motion, name)).into(),
         top_level: TreeFigures::of_top_level(frame.view.top_level()),
         meshes,
@@ -56,6 +58,7 @@ struct Inspection {
     memory: MemoryFigures,
     look: LookFigures,
     cameras: Vec<String>,
+    clips: Vec<ClipFigures>,
     motions: Vec<MotionFigures>,
     top_level: TreeFigures,
     meshes: Vec<MeshFigures>,
@@ -67,6 +70,19 @@ struct LookFigures {
     materials: usize,
     textures: usize,
     lights: usize,
+}
+
+/// An animation of the file.
+#[derive(Debug, Serialize)]
+struct ClipFigures {
+    name: Option<String>,
+    is_played: bool,
+}
+
+impl ClipFigures {
+    fn of(clip: &ClipInfo) -> Self {
+        Self { name: clip.name.clone(), is_played: clip.is_played }
+    }
 }
 
 /// Meshes that move in the same manner. A mesh that is not in the frame is counted nowhere.

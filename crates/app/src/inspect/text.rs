@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use super::{Inspection, MeshFigures};
+use super::{ClipFigures, Inspection, MeshFigures};
 use crate::figures::{self, bytes, count};
 use crate::table::Table;
 use crate::trees::TreeFigures;
@@ -22,6 +22,9 @@ const COLUMNS: [&str; 12] = [
     "overlap",
     "promises",
 ];
+
+/// Clips that are named.
+const MOST_CLIPS: usize = 20;
 
 impl Inspection {
     /// Lines with so many meshes.
@@ -48,6 +51,15 @@ impl Inspection {
             "nothing moves".to_owned()
         };
         let names: Vec<String> = self.cameras.iter().map(|name| format!("{name:?}")).collect();
+        let label = |(number, clip): (usize, &ClipFigures)| {
+            let name = clip.name.as_ref().map(|name| format!(" {name:?}")).unwrap_or_default();
+            format!("{number}{name}{}", if clip.is_played { "" } else { " (not played)" })
+        };
+        let mut clips: Vec<String> = self.clips.iter().enumerate().take(MOST_CLIPS).map(label).collect();
+        if let Some(more) = self.clips.len().checked_sub(MOST_CLIPS).filter(|&more| more > 0) {
+            clips.push(format!("… {more} more"));
+        }
+        let clips = if clips.is_empty() { "none".to_owned() } else { clips.join(", ") };
         let cameras = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let light = if scene.has_default_lighting { ", daylight by default" } else { "" };
         let look = [
@@ -68,6 +80,7 @@ impl Inspection {
             format!("  instances  {instances}, {}", figures::of(scene.instanced_triangles, "triangle", "triangles")),
             format!("  look       {}{light}", look.join(", ")),
             format!("  cameras    {cameras}"),
+            format!("  clips      {clips}"),
             format!(
                 "  memory     {} trees and geometry, {} textures{}",
                 bytes(self.memory.scene),
