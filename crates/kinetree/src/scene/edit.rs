@@ -238,6 +238,16 @@ impl Scene {
         Ok(())
     }
 
+    /// Has the next commit build a new tree for a mesh, whatever its motion and its drift. A mesh without a tree gets its first one as
+    /// usual.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn rebuild(&mut self, mesh: MeshId) -> Result<(), EditError> {
+        self.meshes.get_mut(mesh.0)?.rebuild();
+        Ok(())
+    }
+
     /// Removes a mesh without instances.
     ///
     /// # Errors

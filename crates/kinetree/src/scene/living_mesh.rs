@@ -16,7 +16,7 @@ use crate::geometry::Triangles;
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::traverse::Posed;
-use crate::update::{Action, BuildCost, Candidate, Edit, Motion, Reason, decide, has_rotted};
+use crate::update::{Action, Candidate, Doubt, Edit, Motion, Reason, Upkeep, decide};
 use crate::wide::WideMesh;
 
 #[derive(Debug)]
@@ -31,7 +31,9 @@ pub(crate) struct LivingMesh {
     /// Memory for the positions that are given next.
     room: Vec<[f32; 3]>,
     ring: Ring<Posed>,
-    build_cost: BuildCost,
+    /// Whether the caller asked for a new tree.
+    rebuild: bool,
+    upkeep: Upkeep,
     drift: f32,
 }
 
@@ -55,7 +57,8 @@ impl LivingMesh {
             normals: None,
             room: Vec::new(),
             ring: Ring::default(),
-            build_cost: BuildCost::of(&WideMesh::default()),
+            rebuild: false,
+            upkeep: Upkeep::of_build(None),
             drift: 1.0,
         }
     }
@@ -102,6 +105,10 @@ impl LivingMesh {
     pub(crate) fn pose(&mut self, pose: KeptPose) {
         self.shape = Shape::Posed(pose);
         self.edit = self.edit.or_positions();
+    }
+
+    pub(crate) fn rebuild(&mut self) {
+        self.rebuild = true;
     }
 
     pub(crate) fn replace(&mut self, mesh: Mesh) {
@@ -152,13 +159,15 @@ impl LivingMesh {
     pub(crate) fn commit(&mut self, id: MeshId, threads: &Threads) -> MeshReport {
         let clock = Clock::start();
         let has_tree = self.ring.current().is_some();
-        let (action, reason) = decide(&Candidate { motion: self.motion, edit: self.edit, has_tree });
+        let rebuild = std::mem::take(&mut self.rebuild);
+        let (action, reason) = decide(&Candidate { motion: self.motion, edit: self.edit, has_tree, rebuild });
         let mut report = MeshReport {
             mesh: id,
             action,
             reason,
             triangles: self.data().triangles.len(),
             drift: self.drift,
+            compared: false,
             allocated: false,
             pose_time: None,
             tree_time: None,
@@ -186,11 +195,11 @@ impl LivingMesh {
         let clock = Clock::start();
         if at_rest && let Some(tree) = given {
             spare.bvh = tree;
-            self.measure_from(&spare.bvh);
+            self.watch_from(&spare.bvh, threads);
+            report.drift = self.drift;
         } else {
             self.update_tree(&mut spare, &mut report, given, shares_first_build, threads);
         }
-        report.drift = self.drift;
         report.tree_time = clock.elapsed();
         self.ring.publish(spare);
         report
@@ -212,26 +221,48 @@ impl LivingMesh {
             Action::Built => first_build,
             _ => None,
         };
-        if let Some(from) = from {
-            if report.action != Action::Refitted {
-                self.build_cost = BuildCost::of(from);
-            }
-            let Posed { bvh, triangles, .. } = &mut *spare;
-            from.refit_into(bvh, triangles, threads, Level::current());
-            self.drift = self.build_cost.drift(&spare.bvh);
-            if has_rotted(self.drift) {
-                (report.action, report.reason) = (Action::Rebuilt, Reason::Drifted);
-            }
-        }
-        if from.is_none() || report.reason == Reason::Drifted {
+        let Some(from) = from else {
             spare.bvh = grow(&spare.triangles, self.quality(), threads);
-            self.measure_from(&spare.bvh);
+            self.watch_from(&spare.bvh, threads);
+            report.drift = self.drift;
+            return;
+        };
+        if report.action != Action::Refitted {
+            self.upkeep = Upkeep::of_build(from.ray_cost(threads));
         }
+        from.refit_into(&mut spare.bvh, &spare.triangles, threads, Level::current());
+        self.examine(spare, report, threads);
     }
 
-    /// Drift begins here.
-    fn measure_from(&mut self, tree: &WideMesh) {
-        self.build_cost = BuildCost::of(tree);
+    /// Measures a tree that was refitted, and replaces it if a better one is found.
+    fn examine(&mut self, spare: &mut Posed, report: &mut MeshReport, threads: &Threads) {
+        // A pose without area tells nothing about the tree.
+        let Some(now) = spare.bvh.ray_cost(threads) else { return };
+        let (drift, doubt) = self.upkeep.refitted(&now);
+        self.drift = drift.unwrap_or(1.0) as f32;
+        report.drift = self.drift;
+        let Some(doubt) = doubt else { return };
+        report.compared = true;
+        let new = grow(&spare.triangles, self.quality(), threads);
+        let new_cost = new.ray_cost(threads);
+        let found = new_cost.map_or(1.0, |new| (now.work / new.work) as f32);
+        if !self.upkeep.compared(&now, new_cost.as_ref()) {
+            (self.drift, report.drift) = (found, found);
+            return;
+        }
+        spare.bvh = new;
+        report.action = Action::Rebuilt;
+        (report.reason, report.drift) = match doubt {
+            Doubt::Degraded => (Reason::Drifted, self.drift),
+            Doubt::Baseline => (Reason::BetterTreeFound, found),
+        };
+        self.drift = 1.0;
+    }
+
+    /// Drift begins here. Only trees that are refitted are measured.
+    fn watch_from(&mut self, tree: &WideMesh, threads: &Threads) {
+        let is_refitted = self.motion == Motion::Deforming;
+        self.upkeep = Upkeep::of_build(if is_refitted { tree.ray_cost(threads) } else { None });
         self.drift = 1.0;
     }
 

@@ -40,8 +40,13 @@ pub struct MeshReport {
     pub reason: Reason,
     /// How many there are now.
     pub triangles: usize,
-    /// How much dearer a ray has become since the tree was built, as a ratio of expected costs.
+    /// How much more work a ray is than through a good tree for the same pose, as a ratio. Of a tree that was rebuilt for it
+    /// ([`Reason::Drifted`], [`Reason::BetterTreeFound`]): the drift that caused it, and from the next commit on that of the new tree. Estimated by
+    /// the expected costs of rays, and found by a comparison where there was one. As it was last where the pose has no area, and 1
+    /// where nothing is known yet.
     pub drift: f32,
+    /// A tree was built to compare the refitted one with; its build is part of `tree_time`. The better one was kept.
+    pub compared: bool,
     /// A new buffer was needed.
     pub allocated: bool,
     /// Morph targets, skin, copying.
@@ -134,8 +139,9 @@ impl fmt::Display for FrameReport {
         if !self.left_out.is_empty() {
             write!(f, "\n  left out   {} instances whose placement has no inverse", self.left_out.len())?;
         }
-        for mesh in self.meshes.iter().filter(|mesh| mesh.reason == Reason::Drifted) {
-            write!(f, "\n  drifted    a mesh of {} triangles was rebuilt", mesh.triangles)?;
+        for mesh in self.meshes.iter().filter(|mesh| mesh.action == Action::Rebuilt && mesh.compared) {
+            let MeshReport { triangles, drift, .. } = mesh;
+            write!(f, "\n  drifted    a mesh of {triangles} triangles was rebuilt at drift {drift:.2}")?;
         }
         Ok(())
     }

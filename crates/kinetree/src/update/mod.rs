@@ -1,14 +1,14 @@
 //! Keeping trees good while their primitives move.
 
+mod action;
 mod motion;
 mod plan;
 mod quality;
 mod refit;
 
+pub use action::{Action, Reason};
 pub use motion::Motion;
-pub use plan::{Action, Reason};
 pub use quality::drift;
 pub use refit::refit;
 
-pub(crate) use plan::{Candidate, Edit, decide, has_rotted};
-pub(crate) use quality::BuildCost;
+pub(crate) use plan::{Candidate, Doubt, Edit, Upkeep, decide};

@@ -1,13 +1,16 @@
-//! Keep, refit or rebuild? Decided from counts alone, so that the same edits give the same trees.
+//! Keep, refit or rebuild? Decided by what was edited and by what rays are expected to cost, never
+//! by the clock: the same edits give the same trees.
+//!
+//! A rise of the estimated drift says that a refitted tree has degraded. But the estimate rests on
+//! a baseline, a pose in which the tree was good, and that may be blind: a tree that was built over
+//! a point, a line or a crumpled pose had no chance to be good. So a fall far below the baseline,
+//! and the first refit after a build, are reasons to doubt too. In doubt another tree is built, the
+//! costs of both in the same pose are compared, and the better one is kept: a false alarm costs a
+//! build, and no more.
 
-use std::fmt;
-
-use super::Motion;
-
-/// A refitted tree whose rays have become dearer than this, as a ratio to the build, is rebuilt.
-///
-/// A choice, not a measurement: well above what swaying brings and takes away again, so that such meshes are not rebuilt for nothing.
-const REBUILD_ABOVE: f32 = 1.5;
+use super::quality::estimated_drift;
+use super::{Action, Motion, Reason};
+use crate::wide::RayCost;
 
 /// What happened to a mesh since the last commit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,105 +26,232 @@ pub(crate) struct Candidate {
     pub(crate) motion: Motion,
     pub(crate) edit: Edit,
     pub(crate) has_tree: bool,
-}
-
-/// What a commit did with a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Action {
-    /// Nothing.
-    Kept,
-    /// Its first tree was built.
-    Built,
-    /// A tree that was built before, and handed over with the mesh, was taken instead of building one.
-    Loaded,
-    /// Boxes were recomputed in the tree that was there.
-    Refitted,
-    /// A new tree replaced the old one.
-    Rebuilt,
-}
-
-/// Why it did so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Reason {
-    /// No edit.
-    NothingChanged,
-    /// The mesh is new.
-    New,
-    /// The same triangles moved.
-    PositionsMoved,
-    /// Other triangles.
-    TrianglesChanged,
-    /// The triangles moved, and the mesh was announced as one that is rebuilt, or as one whose triangles never move.
-    NotMadeForRefit,
-    /// After a refit, rays would have become too dear.
-    Drifted,
-    /// A pose put vertices beyond all numbers; the mesh stays as it was.
-    PoseNotFinite,
-}
-
-impl fmt::Display for Action {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Kept => "kept",
-            Self::Built => "built",
-            Self::Loaded => "loaded",
-            Self::Refitted => "refitted",
-            Self::Rebuilt => "rebuilt",
-        })
-    }
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::NothingChanged => "nothing changed",
-            Self::New => "new",
-            Self::PositionsMoved => "positions moved",
-            Self::TrianglesChanged => "triangles changed",
-            Self::NotMadeForRefit => "not made for refit",
-            Self::Drifted => "drifted",
-            Self::PoseNotFinite => "pose not finite",
-        })
-    }
+    /// Whether the caller asked for a new tree.
+    pub(crate) rebuild: bool,
 }
 
 /// What to do, before anything is measured.
 pub(crate) fn decide(candidate: &Candidate) -> (Action, Reason) {
     match (candidate.edit, candidate.motion) {
         _ if !candidate.has_tree => (Action::Built, Reason::New),
-        (Edit::Nothing, _) => (Action::Kept, Reason::NothingChanged),
         (Edit::Triangles, _) => (Action::Rebuilt, Reason::TrianglesChanged),
+        _ if candidate.rebuild => (Action::Rebuilt, Reason::Requested),
+        (Edit::Nothing, _) => (Action::Kept, Reason::NothingChanged),
         (Edit::Positions, Motion::Deforming) => (Action::Refitted, Reason::PositionsMoved),
         (Edit::Positions, _) => (Action::Rebuilt, Reason::NotMadeForRefit),
     }
 }
 
-/// Whether a refitted tree with this drift has to be replaced.
-pub(crate) fn has_rotted(drift: f32) -> bool {
-    drift > REBUILD_ABOVE
+/// A tree is compared with a new one at once if its estimated drift exceeds this, or if the plain
+/// ratio of its costs does: what the estimate misses where triangles that were apart come together
+/// to a smooth surface, because they overlap more and yet cost less.
+///
+/// A choice. In the motions of `tests/drift.rs` rays then do up to 1.2 times the work that they do
+/// in fresh trees, in the mean over a frame; with 1.5, up to 1.5 times.
+const DEGRADED_ABOVE: f64 = 1.25;
+
+/// The baseline of a tree whose estimated drift falls below this is doubtful.
+const DOUBTFUL_BELOW: f64 = 0.8;
+
+/// The new tree is kept if its cost is less than this share of the refitted one's.
+const WORTH_REPLACING: f64 = 0.95;
+
+/// Poses whose figures differ by less than this ratio are taken for the same: a comparison would
+/// tell nothing new.
+const SAME_POSE: f64 = 1.01;
+
+/// The most refits from one comparison to the next of a tree whose baseline is doubtful, and of any
+/// other.
+const LONGEST_WAIT_IN_DOUBT: u32 = 64;
+const LONGEST_WAIT: u32 = 256;
+
+/// Watches over a tree from its build on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Upkeep {
+    /// What rays cost when the tree was last known to be good; `None` if that was a pose without
+    /// area.
+    baseline: Option<RayCost>,
+    /// Whether the tree has been compared with another since it was built.
+    compared: bool,
+    /// Refits since the last build or comparison, of poses with area.
+    refits: u32,
+    /// How many there have to be before the next comparison that nothing calls for.
+    wait: u32,
+}
+
+/// Why a tree is to be compared with a new one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Doubt {
+    /// The estimate says that it has degraded.
+    Degraded,
+    /// The estimate may be wrong.
+    Baseline,
+}
+
+impl Upkeep {
+    /// Of a tree that was built in this pose.
+    pub(crate) fn of_build(built: Option<RayCost>) -> Self {
+        Self { baseline: built, compared: false, refits: 0, wait: 1 }
+    }
+
+    /// What a refit measured: the estimated drift, where there is a baseline, and whether a tree is
+    /// to be built for a comparison.
+    pub(crate) fn refitted(&mut self, now: &RayCost) -> (Option<f64>, Option<Doubt>) {
+        self.refits = self.refits.saturating_add(1);
+        let Some(baseline) = &self.baseline else { return (None, Some(Doubt::Baseline)) };
+        let drift = estimated_drift(now, baseline);
+        let in_doubt =
+            drift < DOUBTFUL_BELOW && (!self.compared || self.refits >= self.wait.min(LONGEST_WAIT_IN_DOUBT));
+        let is_due = self.refits >= self.wait && !is_same_pose(now, baseline);
+        let doubt = if drift > DEGRADED_ABOVE {
+            Some(Doubt::Degraded)
+        } else {
+            let is_costlier = now.work > DEGRADED_ABOVE * baseline.work;
+            (is_costlier || in_doubt || is_due).then_some(Doubt::Baseline)
+        };
+        (Some(drift), doubt)
+    }
+
+    /// What a comparison in one pose found. `true` if the new tree is worth keeping; otherwise the
+    /// refitted one is as good, and what it costs now is its baseline.
+    pub(crate) fn compared(&mut self, refitted: &RayCost, new: Option<&RayCost>) -> bool {
+        let better = new.filter(|new| new.work < WORTH_REPLACING * refitted.work);
+        self.wait = match better {
+            // When it would have degraded too far, at the rate that was found.
+            Some(new) => {
+                let loss = (refitted.work / new.work - 1.0) / f64::from(self.refits.max(1));
+                ((DEGRADED_ABOVE - 1.0) / loss).clamp(1.0, f64::from(LONGEST_WAIT)) as u32
+            }
+            None => (2 * self.wait).min(LONGEST_WAIT),
+        };
+        self.baseline = Some(*better.unwrap_or(refitted));
+        self.compared = better.is_none();
+        self.refits = 0;
+        better.is_some()
+    }
+}
+
+fn is_same_pose(one: &RayCost, other: &RayCost) -> bool {
+    let near = |a: f64, b: f64| a < b * SAME_POSE && b < a * SAME_POSE;
+    near(one.work, other.work) && near(one.crossed, other.crossed)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const MOTIONS: [Motion; 4] = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt];
+
     #[test]
     fn what_bends_is_refitted_and_what_changes_is_rebuilt() {
-        let decide = |motion, edit, has_tree| decide(&Candidate { motion, edit, has_tree }).0;
-        for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt] {
-            assert_eq!(decide(motion, Edit::Nothing, true), Action::Kept);
-            assert_eq!(decide(motion, Edit::Nothing, false), Action::Built);
-            assert_eq!(decide(motion, Edit::Positions, false), Action::Built);
-            assert_eq!(decide(motion, Edit::Triangles, true), Action::Rebuilt);
+        use {Action::*, Edit::*, Reason::*};
+        for motion in MOTIONS {
+            let decide = |edit, has_tree, rebuild| decide(&Candidate { motion, edit, has_tree, rebuild });
+            for rebuild in [false, true] {
+                for edit in [Nothing, Positions, Triangles] {
+                    assert_eq!(decide(edit, false, rebuild), (Built, New));
+                }
+                assert_eq!(decide(Triangles, true, rebuild), (Rebuilt, TrianglesChanged));
+            }
+            assert_eq!(decide(Nothing, true, true), (Rebuilt, Requested));
+            assert_eq!(decide(Positions, true, true), (Rebuilt, Requested));
+            assert_eq!(decide(Nothing, true, false), (Kept, NothingChanged));
+            let moved =
+                if motion == Motion::Deforming { (Refitted, PositionsMoved) } else { (Rebuilt, NotMadeForRefit) };
+            assert_eq!(decide(Positions, true, false), moved, "{motion:?}");
         }
-        assert_eq!(decide(Motion::Deforming, Edit::Positions, true), Action::Refitted);
-        assert_eq!(decide(Motion::Rebuilt, Edit::Positions, true), Action::Rebuilt);
-        assert_eq!(decide(Motion::Static, Edit::Positions, true), Action::Rebuilt);
+    }
+
+    fn cost(work: f64, crossed: f64) -> RayCost {
+        RayCost { work, crossed }
+    }
+
+    /// A tree that cost 20 when it was built, and was compared in vain at its first refit.
+    fn settled() -> Upkeep {
+        let mut upkeep = Upkeep::of_build(Some(cost(19.0, 3.0)));
+        assert_eq!(upkeep.refitted(&cost(20.0, 3.0)).1, Some(Doubt::Baseline));
+        assert!(!upkeep.compared(&cost(20.0, 3.0), Some(&cost(20.0, 3.0))));
+        upkeep
     }
 
     #[test]
-    fn only_real_drift_counts_as_rot() {
-        assert!(!has_rotted(1.0) && !has_rotted(1.3) && has_rotted(2.0) && !has_rotted(f32::NAN));
+    fn the_first_refit_after_a_build_is_a_reason_to_compare_unless_the_pose_is_the_same() {
+        let mut upkeep = Upkeep::of_build(Some(cost(20.0, 3.0)));
+        assert_eq!(upkeep.refitted(&cost(20.1, 3.01)).1, None);
+        assert_eq!(upkeep.refitted(&cost(20.5, 3.0)).1, Some(Doubt::Baseline));
+        let mut upkeep = Upkeep::of_build(Some(cost(20.0, 3.0)));
+        assert_eq!(upkeep.refitted(&cost(20.0, 2.9)).1, Some(Doubt::Baseline));
+    }
+
+    #[test]
+    fn without_a_baseline_there_is_no_drift_but_a_comparison() {
+        let mut upkeep = Upkeep::of_build(None);
+        assert_eq!(upkeep.refitted(&cost(900.0, 3.0)), (None, Some(Doubt::Baseline)));
+        assert!(upkeep.compared(&cost(900.0, 3.0), Some(&cost(20.0, 3.0))));
+        assert_eq!(upkeep.refitted(&cost(20.0, 3.0)), (Some(1.0), None));
+    }
+
+    #[test]
+    fn a_rise_is_compared_at_once_and_a_false_alarm_becomes_the_baseline() {
+        let mut upkeep = settled();
+        assert_eq!(upkeep.refitted(&cost(24.9, 3.0)).1, None);
+        assert_eq!(upkeep.refitted(&cost(25.1, 3.0)).1, Some(Doubt::Degraded));
+        assert!(!upkeep.compared(&cost(25.1, 3.0), Some(&cost(24.0, 3.0))));
+        assert_eq!(upkeep.refitted(&cost(25.1, 3.0)), (Some(1.0), None));
+        // Triangles that came together: the estimate falls, the cost rises.
+        let mut upkeep = settled();
+        let (drift, doubt) = upkeep.refitted(&cost(25.1, 9.0));
+        assert_eq!((drift.map(|drift| drift < 1.0), doubt), (Some(true), Some(Doubt::Baseline)));
+        // Triangles that parted: the estimate rises, the cost does not.
+        assert_eq!(settled().refitted(&cost(20.0, 1.0)).1, Some(Doubt::Degraded));
+    }
+
+    #[test]
+    fn a_new_tree_is_kept_if_it_is_better_by_a_twentieth() {
+        for (new, is_kept) in [(22.0, false), (20.0, false), (19.1, false), (18.9, true), (4.0, true)] {
+            let mut upkeep = settled();
+            assert_eq!(upkeep.compared(&cost(20.0, 3.0), Some(&cost(new, 3.0))), is_kept, "{new}");
+            let good = if is_kept { new } else { 20.0 };
+            assert_eq!(upkeep.refitted(&cost(good, 3.0)).0, Some(1.0));
+        }
+        assert!(!settled().compared(&cost(20.0, 3.0), None));
+    }
+
+    /// The refits after which a tree was compared, in vain, while its cost changes by the same
+    /// ratio in each of them.
+    fn waits(ratio: f64, refits: usize) -> Vec<usize> {
+        let mut upkeep = Upkeep::of_build(Some(cost(1e9, 3.0)));
+        let (mut work, mut last, mut waits) = (1e9, 0, Vec::new());
+        for refit in 1..=refits {
+            work *= ratio;
+            if upkeep.refitted(&cost(work, 3.0)).1.is_some() {
+                assert!(!upkeep.compared(&cost(work, 3.0), Some(&cost(work, 3.0))));
+                waits.push(refit - last);
+                last = refit;
+            }
+        }
+        waits
+    }
+
+    #[test]
+    fn comparisons_in_vain_become_rarer() {
+        assert_eq!(waits(0.9, 400), [1, 2, 4, 8, 16, 32, 64, 64, 64, 64, 64]);
+        assert_eq!(waits(1.0002, 900), [50, 50, 50, 50, 50, 50, 64, 128, 256]);
+        assert!(waits(1.0, 900).is_empty());
+        assert_eq!(waits(2.0, 20), [1; 20]);
+    }
+
+    #[test]
+    fn a_tree_that_degrades_is_compared_again_when_it_would_cost_too_much() {
+        // What was lost in the refits before the comparison, and after how many more a quarter is.
+        for (refits, ratio, expected) in [(1, 1.06, 4), (3, 1.06, 12), (1, 1.3, 1), (600, 1.06, 256)] {
+            let mut upkeep = Upkeep { refits, ..settled() };
+            assert!(upkeep.compared(&cost(20.0 * ratio, 3.0), Some(&cost(20.0, 3.0))));
+            for refit in 1..=expected {
+                // Another pose, in which the estimate tells nothing.
+                let doubt = upkeep.refitted(&cost(20.5, 3.0)).1;
+                assert_eq!(doubt.is_some(), refit == expected, "{refits}, {ratio}, {refit}");
+            }
+        }
     }
 }

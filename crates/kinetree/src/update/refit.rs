@@ -1,8 +1,8 @@
 //! New boxes for the same tree: the primitives moved, but stayed the same primitives.
 //!
-//! Leaves from their primitives, then parents from their children, by walking the node array backwards, because no child stands before its
-//! parent (promise 5). The boxes go into another tree than the one whose links are read, so that whoever still traces the old one is not
-//! disturbed.
+//! Leaves from their primitives, then parents from their children, by walking the node array
+//! backwards, because no child stands before its parent (promise 5). The boxes go into another tree
+//! than the one whose links are read, so that whoever still traces the old one is not disturbed.
 
 use crate::geometry::Aabb;
 use crate::threads::Threads;
@@ -11,10 +11,11 @@ use crate::tree::{Bvh, Target};
 /// Nodes in a piece of work.
 const GRAIN: usize = 4096;
 
-/// Writes the tree `current`, with boxes for where its primitives are now, into `spare`, whatever that held before. If it held a tree with
-/// the same links, nothing is allocated.
+/// Writes the tree `current`, with boxes for where its primitives are now, into `spare`, whatever
+/// that held before. If it held a tree with the same links, nothing is allocated.
 ///
-/// Of a tree with duplicates, each leaf gets the whole boxes of its primitives: it stays valid, but loses what the splits had gained.
+/// Of a tree with duplicates, each leaf gets the whole boxes of its primitives: it stays valid, but
+/// loses what the splits had gained.
 pub fn refit(current: &Bvh, spare: &mut Bvh, bounds_of: impl Fn(u32) -> Aabb + Sync, threads: &Threads) {
     let nodes = spare.nodes_to_rewrite(current);
     nodes.clear();

@@ -137,4 +137,9 @@ impl TriangleBlock {
     pub(crate) fn bounds(&self) -> Aabb {
         (0..self.count as usize).fold(Aabb::EMPTY, |all, lane| all.union(&self.triangle(lane).bounds().padded()))
     }
+
+    /// The summed half areas of the boxes of its triangles, without padding.
+    pub(super) fn triangle_box_areas(&self) -> f64 {
+        (0..self.count as usize).map(|lane| f64::from(self.triangle(lane).bounds().half_area())).sum()
+    }
 }

@@ -117,16 +117,6 @@ impl WideMesh {
         self.tree.cost(node_cost, block_cost)
     }
 
-    /// The expected cost of a ray that hits the root, by the costs that the tree was collapsed for. After a refit it is known.
-    pub(crate) fn expected_cost(&self) -> f32 {
-        let root = f64::from(self.bounds().half_area());
-        let below: f64 = self.chunks.iter().map(|chunk| chunk.cost).sum();
-        if self.chunks.is_empty() || root <= 0.0 || !root.is_finite() || !below.is_finite() {
-            return self.cost(COSTS.node, COSTS.unit);
-        }
-        (f64::from(COSTS.node) + below / root) as f32
-    }
-
     /// See [`WideTree::overlap`].
     pub fn overlap(&self) -> f32 {
         self.tree.overlap()

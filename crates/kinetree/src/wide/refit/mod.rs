@@ -1,11 +1,14 @@
 //! New boxes for the same eight-way tree, whose triangles have moved.
 //!
-//! A tree is refitted into a spare one of the same topology, so that whoever still traces the old one is not disturbed. What both have in common, a [`Plan`], is made
-//! at the first refit and handed on: from then on only corners and planes are written, and nothing of the old tree is read. The tree is cut into chunks, subtrees
-//! that stand together; each is swept by itself, by any thread, and then the few nodes above them are done by one. Whatever the spare had missed does not matter,
-//! since every chunk is refitted every time.
+//! A tree is refitted into a spare one of the same topology, so that whoever still traces the old
+//! one is not disturbed. What both have in common, a [`Plan`], is made at the first refit and
+//! handed on: from then on only corners and planes are written, and nothing of the old tree is
+//! read. The tree is cut into chunks, subtrees that stand together; each is swept by itself, by any
+//! thread, and then the few nodes above them are done by one. Whatever the spare had missed does
+//! not matter, since every chunk is refitted every time.
 //!
-//! A sweep gives the cost of its chunk besides: the areas of its boxes, weighed by what it takes to visit them.
+//! A sweep gives what the cost of rays follows from (`measure`): the areas of the boxes in its
+//! nodes, weighed by what it takes to visit them, and the areas of the triangles' own boxes.
 //!
 //! Of a triangle that spatial splits had cut, every leaf that holds a part gets the whole.
 
@@ -35,6 +38,8 @@ pub(super) struct Swept {
     pub(super) bounds: Aabb,
     /// Half areas of all boxes in its nodes, each weighed by what it costs to visit.
     pub(super) cost: f64,
+    /// Half areas of the boxes of its triangles, without padding.
+    pub(super) triangle_boxes: f64,
 }
 
 /// A chunk and what is written to it.
@@ -46,8 +51,9 @@ struct Work<'a> {
 }
 
 impl WideMesh {
-    /// The same tree for triangles that have moved, written into `spare`, whatever that held before. If it held a tree that was refitted from this one, or from one
-    /// that this was refitted from, nothing but boxes and corners is written, and nothing large is allocated.
+    /// The same tree for triangles that have moved, written into `spare`, whatever that held
+    /// before. If it held a tree that was refitted from this one, or from one that this was
+    /// refitted from, nothing but boxes and corners is written, and nothing large is allocated.
     ///
     /// The same boxes for every number of threads and every level.
     pub(crate) fn refit_into(&self, spare: &mut Self, triangles: &Triangles, threads: &Threads, level: Level) {
@@ -84,7 +90,7 @@ impl WideMesh {
                 root => set_in_parent(nodes, root as usize, &swept.bounds),
             }
         }
-        let mut cost = 0.0;
+        let (mut cost, mut triangle_boxes) = (0.0, 0.0);
         for &at in plan.above.iter().rev() {
             let at = at as usize;
             for lane in 0..LANES {
@@ -94,6 +100,7 @@ impl WideMesh {
                     for block in &mut blocks[units.start as usize..units.end as usize] {
                         block.move_to(|triangle| triangles.get(triangle));
                         bounds = bounds.union(&block.bounds());
+                        triangle_boxes += block.triangle_box_areas();
                     }
                     nodes[at].set_box(lane, &bounds);
                 }
@@ -105,7 +112,7 @@ impl WideMesh {
                 _ => set_in_parent(nodes, at, &all),
             }
         }
-        self.chunks.push(Swept { bounds: self.tree.bounds, cost });
+        self.chunks.push(Swept { bounds: self.tree.bounds, cost, triangle_boxes });
     }
 }
 
@@ -117,7 +124,7 @@ fn set_in_parent(nodes: &mut [WideNode], child: usize, bounds: &Aabb) {
 /// Divides nodes and blocks among the chunks. Those above the chunks are left out.
 fn share_out<'a>(plan: &'a Plan, nodes: &'a mut [WideNode], blocks: &'a mut [TriangleBlock]) -> Vec<Work<'a>> {
     let (mut nodes, mut blocks) = (Rest { items: nodes, first: 0 }, Rest { items: blocks, first: 0 });
-    let swept = Swept { bounds: Aabb::EMPTY, cost: 0.0 };
+    let swept = Swept { bounds: Aabb::EMPTY, cost: 0.0, triangle_boxes: 0.0 };
     let of =
         |chunk: &'a Chunk| Work { chunk, nodes: nodes.take(&chunk.nodes), blocks: blocks.take(&chunk.blocks), swept };
     plan.chunks.iter().map(of).collect()

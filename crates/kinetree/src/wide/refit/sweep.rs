@@ -44,6 +44,7 @@ impl Kernel for Sweep<'_> {
         let (block_count, node_count) = (self.blocks.len(), self.nodes.len());
         // Blocks first, then nodes from the last to the first.
         let mut boxes: Vec<TwoCorners> = Vec::with_capacity(block_count + node_count);
+        let mut triangle_boxes = isa.splat4(0.0);
         for at in 0..block_count {
             isa.prefetch(self.blocks, at + BLOCKS_AHEAD);
             if let Some(ahead) = self.corners.get(at + BLOCKS_AHEAD) {
@@ -51,7 +52,9 @@ impl Kernel for Sweep<'_> {
                     isa.prefetch(self.positions, *vertex as usize);
                 }
             }
-            boxes.push(move_block(isa, &mut self.blocks[at], &self.corners[at], self.positions));
+            let moved = move_block(isa, &mut self.blocks[at], &self.corners[at], self.positions);
+            boxes.push(moved.bounds);
+            triangle_boxes = isa.add4(triangle_boxes, moved.triangle_boxes);
         }
         let empty = (isa.splat4(f32::INFINITY), isa.splat4(f32::NEG_INFINITY));
         let zero = isa.splat8(0.0);
@@ -94,13 +97,25 @@ impl Kernel for Sweep<'_> {
             sum += f64::from(area) * f64::from(COSTS.unit);
         }
         let [min, max] = boxes[boxes.len() - 1];
-        Swept { bounds: Aabb::new([min[0], min[1], min[2]], [max[0], max[1], max[2]]), cost: sum }
+        Swept {
+            bounds: Aabb::new([min[0], min[1], min[2]], [max[0], max[1], max[2]]),
+            cost: sum,
+            triangle_boxes: isa.store4(triangle_boxes).map(f64::from).iter().sum(),
+        }
     }
 }
 
-/// Fetches the corners of a block, and gives its box: the one that [`TriangleBlock::bounds`] gives.
+/// A block that was written.
+struct Moved<F4> {
+    /// The one that [`TriangleBlock::bounds`] gives.
+    bounds: TwoCorners,
+    /// The half areas of the boxes of its triangles, without padding; zero in lanes that are not in use.
+    triangle_boxes: F4,
+}
+
+/// Fetches the corners of a block.
 #[inline(always)]
-fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, positions: &[[f32; 3]]) -> TwoCorners {
+fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, positions: &[[f32; 3]]) -> Moved<I::F4> {
     let zero = isa.splat4(0.0);
     let mut rows = [[zero; 3]; 3];
     for corner in 0..3 {
@@ -115,14 +130,17 @@ fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, posi
         rows[corner] = [x, y, z];
     }
     let [min, max] = block.set_corners(isa, rows);
+    let extent = [isa.sub4(max[0], min[0]), isa.sub4(max[1], min[1]), isa.sub4(max[2], min[2])];
     let mut largest = zero;
     for axis in 0..3 {
-        largest = isa.max4(isa.sub4(max[axis], min[axis]), largest);
+        largest = isa.max4(extent[axis], largest);
     }
+    let [x, y, z] = extent;
+    let areas = isa.add4(isa.add4(isa.mul4(x, y), isa.mul4(y, z)), isa.mul4(z, x));
     let pad = isa.mul4(largest, isa.splat4(PADDING));
     let [a, b, c, d] = isa.transpose4([isa.sub4(min[0], pad), isa.sub4(min[1], pad), isa.sub4(min[2], pad), zero]);
     let least = isa.min4(isa.min4(a, b), isa.min4(c, d));
     let [a, b, c, d] = isa.transpose4([isa.add4(max[0], pad), isa.add4(max[1], pad), isa.add4(max[2], pad), zero]);
     let most = isa.max4(isa.max4(a, b), isa.max4(c, d));
-    [isa.store4(least), isa.store4(most)]
+    Moved { bounds: [isa.store4(least), isa.store4(most)], triangle_boxes: isa.first4(block.count, areas, zero) }
 }
