@@ -138,17 +138,19 @@ fn a_chain_of_a_hundred_thousand_nodes_is_no_problem() {
 }
 
 #[test]
-fn singular_placements_are_left_out_and_listed() {
+fn placements_that_are_lines_or_overflow_are_left_out_and_listed() {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(cube(), Motion::Rigid).unwrap();
     let flat = scene.add_instance(scene.root(), mesh, Affine::from_scale([1.0, 0.0, 1.0])).unwrap();
+    let line = scene.add_instance(scene.root(), mesh, Affine::from_scale([0.0, 0.0, 1.0])).unwrap();
     let big = scene.add_node(scene.root(), Affine::from_scale([1e30; 3])).unwrap();
     let overflowing = scene.add_instance(big, mesh, Affine::from_scale([1e30; 3])).unwrap();
-    let fine = scene.add_instance(scene.root(), mesh, Affine::IDENTITY).unwrap();
+    let fine = scene.add_instance(scene.root(), mesh, Affine::from_translation([3.0, 0.0, 0.0])).unwrap();
     let view = scene.commit();
-    assert_eq!(view.report().left_out, [flat, overflowing]);
-    assert_eq!(view.instances().map(|instance| instance.id()).collect::<Vec<_>>(), [fine]);
-    scene.place(flat, Affine::from_translation([0.0, 5.0, 0.0])).unwrap();
+    assert_eq!(view.report().left_out, [line, overflowing]);
+    assert_eq!(view.instances().map(|instance| instance.id()).collect::<Vec<_>>(), [flat, fine]);
+    assert_eq!(height(&view, 0.1, 0.2), Some(0.0));
+    scene.place(line, Affine::from_translation([0.0, 5.0, 0.0])).unwrap();
     let view = scene.commit();
     assert_eq!(view.report().left_out, [overflowing]);
     assert_eq!(height(&view, 0.1, 0.2), Some(6.0));

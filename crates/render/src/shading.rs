@@ -81,23 +81,18 @@ fn blend(corners: [Vec3; 3], weights: [f32; 3]) -> Vec3 {
 }
 
 /// A normal of the object in the world, of length one; `None` when nothing is left of it.
-fn placed_normal(object_from_world: &Affine, normal: DVec3) -> Option<Vec3> {
-    let column = |axis: [f32; 3]| Vec3::from(axis).as_dvec3().dot(normal);
-    let world = DVec3::new(
-        column(object_from_world.x_axis),
-        column(object_from_world.y_axis),
-        column(object_from_world.z_axis),
-    );
-    // Brought to a moderate size first, so that the length neither vanishes nor overflows.
-    let world = world / world.abs().max_element();
-    Some(world.normalize().as_vec3()).filter(|unit| unit.is_finite())
+fn placed_normal(world_from_object: &Affine, normal: DVec3) -> Option<Vec3> {
+    // Brought to a moderate size first, so that it neither vanishes nor overflows in single precision.
+    let normal = normal / normal.abs().max_element();
+    let world = Vec3::from(world_from_object.transform_normal(normal.as_vec3().into()));
+    Some(world.as_dvec3().normalize().as_vec3()).filter(|unit| unit.is_finite())
 }
 
 /// Unit normal in the world, on the side from which the corners run counter-clockwise; `None` for a triangle without area.
 /// In double precision, where the products of `f32` edges neither vanish nor overflow.
 pub(crate) fn geometric_normal(instance: &InstanceView<'_>, [a, b, c]: [Vec3; 3]) -> Option<Vec3> {
     let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
-    placed_normal(instance.object_from_world(), (b - a).cross(c - a))
+    placed_normal(instance.world_from_object(), (b - a).cross(c - a))
 }
 
 /// The least cosine between the normals for shading and of the geometry: beyond, the mesh's normals are of no use.
@@ -107,7 +102,7 @@ const LEAST_AGREEMENT: f32 = 0.01;
 fn shading_normal(instance: &InstanceView<'_>, triangle: [usize; 3], weights: [f32; 3], facing: Vec3) -> Vec3 {
     let Some(normals) = instance.normals() else { return facing };
     let local = blend(triangle.map(|vertex| Vec3::from(normals[vertex])), weights);
-    let Some(normal) = placed_normal(instance.object_from_world(), local.as_dvec3()) else { return facing };
+    let Some(normal) = placed_normal(instance.world_from_object(), local.as_dvec3()) else { return facing };
     let agreement = normal.dot(facing);
     if agreement.abs() < LEAST_AGREEMENT {
         facing

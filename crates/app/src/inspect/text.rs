@@ -91,7 +91,7 @@ impl Inspection {
         ];
         if self.commit.left_out > 0 {
             let left_out = figures::of(self.commit.left_out as u64, "instance", "instances");
-            lines.push(format!("  left out   {left_out} whose placement has no inverse"));
+            lines.push(format!("  left out   {left_out} whose placement is flat along two axes or overflows"));
         }
         lines
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Mul;
 
-use glam::{Affine3A, Mat3, Quat, Vec3};
+use glam::{Affine3A, DVec3, Mat3, Quat, Vec3};
 
 use super::{Aabb, UNIT_ROUNDOFF, is_finite};
 
@@ -98,19 +98,40 @@ impl Affine {
     ///
     /// Computed in double precision and rounded once.
     pub fn inverse(&self) -> Option<Self> {
-        let (x, y, z) = (wide(self.x_axis), wide(self.y_axis), wide(self.z_axis));
-        let rows = [y.cross(z), z.cross(x), x.cross(y)];
-        let determinant = x.dot(rows[0]);
-        // Flat to within the rounding of the input counts as flat: such an inverse would be noise.
-        let size = x.length() * y.length() * z.length();
-        if !determinant.is_finite() || determinant.abs() <= 8.0 * f64::from(f32::EPSILON) * size {
-            return None;
-        }
-        let rows = rows.map(|row| row / determinant);
+        Self::rounded(&self.inverse_rows()?, wide(self.translation))
+    }
+
+    /// The rows of the inverse of the linear part, in double precision; `None` when the map flattens space.
+    pub(crate) fn inverse_rows(&self) -> Option<[DVec3; 3]> {
+        let (columns, rows) = (self.columns(), self.cofactors());
+        let determinant = columns[0].dot(rows[0]);
+        let size = columns.iter().map(|column| column.length()).product::<f64>();
+        let is_flat = !determinant.is_finite() || determinant.abs() <= FLAT * size;
+        (!is_flat).then(|| rows.map(|row| row / determinant))
+    }
+
+    /// The map that takes `point` to the origin and has these rows, rounded once; `None` when it overflows.
+    pub(crate) fn rounded(rows: &[DVec3; 3], point: DVec3) -> Option<Self> {
         let column = |axis: usize| [rows[0][axis] as f32, rows[1][axis] as f32, rows[2][axis] as f32];
-        let translation = rows.map(|row| -row.dot(wide(self.translation)) as f32);
-        let inverse = Self::from_columns(column(0), column(1), column(2), translation);
-        inverse.is_finite().then_some(inverse)
+        let translation = rows.map(|row| -row.dot(point) as f32);
+        let map = Self::from_columns(column(0), column(1), column(2), translation);
+        map.is_finite().then_some(map)
+    }
+
+    /// The images of the axes, in double precision.
+    pub(crate) fn columns(&self) -> [DVec3; 3] {
+        [self.x_axis, self.y_axis, self.z_axis].map(wide)
+    }
+
+    /// What areas become: the cross products of the columns, in double precision. Each number errs by one rounding, since products of two `f32` are exact there.
+    fn cofactors(&self) -> [DVec3; 3] {
+        let [x, y, z] = self.columns();
+        [y.cross(z), z.cross(x), x.cross(y)]
+    }
+
+    /// -1 when the map mirrors, else 1.
+    pub(crate) fn handedness(&self) -> f64 {
+        if self.columns()[0].dot(self.cofactors()[0]) < 0.0 { -1.0 } else { 1.0 }
     }
 
     /// A point of the one space in the other.
@@ -126,12 +147,14 @@ impl Affine {
         (Vec3::from(self.x_axis) * x + Vec3::from(self.y_axis) * y + Vec3::from(self.z_axis) * z).into()
     }
 
-    /// A normal of the one space in the other: by the inverse transpose, up to a positive factor. Not normalised.
+    /// A normal of the one space in the other: by the inverse transpose, up to a positive factor, with 1 as the largest coordinate. Not normalised. Of a map that
+    /// flattens space: the normal of the flat image, whose sides are told apart by the order of its corners.
     pub fn transform_normal(&self, normal: [f32; 3]) -> [f32; 3] {
-        let (x, y, z) = (Vec3::from(self.x_axis), Vec3::from(self.y_axis), Vec3::from(self.z_axis));
-        let [a, b, c] = normal;
-        let cofactors = y.cross(z) * a + z.cross(x) * b + x.cross(y) * c;
-        (cofactors * x.dot(y.cross(z)).signum()).into()
+        let ([x, y, z], normal) = (self.cofactors(), wide(normal) * self.handedness());
+        let image = x * normal.x + y * normal.y + z * normal.z;
+        // Cofactors of a tiny scale would vanish in single precision.
+        let largest = image.abs().max_element();
+        if largest > 0.0 { (image / largest).as_vec3().into() } else { [0.0; 3] }
     }
 
     /// A box around the image of a box, rounded outwards. Empty stays empty.
@@ -150,7 +173,11 @@ impl Affine {
     }
 }
 
-fn wide(v: [f32; 3]) -> glam::DVec3 {
+/// A map whose image of a cube has this share of the volume that its edges would allow counts as flat: to within the rounding of the input, it is.
+pub(crate) const FLAT: f64 = 8.0 * f32::EPSILON as f64;
+
+/// In double precision.
+pub(crate) fn wide(v: [f32; 3]) -> DVec3 {
     Vec3::from(v).as_dvec3()
 }
 

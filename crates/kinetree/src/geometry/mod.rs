@@ -6,6 +6,7 @@ mod aabb;
 mod affine;
 pub(crate) mod clip;
 pub(crate) mod exact;
+pub(crate) mod inverse;
 mod precision;
 mod ray;
 pub(crate) mod slab;

@@ -21,19 +21,48 @@ pub(crate) struct Lean {
     pub(crate) slack: f32,
     /// Share of the largest coordinate of a ray's origin by which the ray strays.
     pub(crate) stray: f32,
+    /// What boxes are not already padded for.
+    pub(crate) far: FarRays,
+}
+
+/// How rays stray whose origins are far away, over boxes that are padded for nearer ones.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FarRays {
+    /// Boxes are padded for origins whose largest coordinate is at most this, metres.
+    pub(crate) padded_for: f32,
+    /// Share of what the largest coordinate exceeds that by.
+    pub(crate) stray: f32,
+}
+
+impl FarRays {
+    /// There is nothing that a far origin would make worse.
+    pub(crate) const NONE: Self = Self { padded_for: 0.0, stray: 0.0 };
 }
 
 impl Lean {
     /// Over boxes of triangles, where a ray is made ready the long way or in a packet: more than is
     /// needed.
-    pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0 };
+    pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0, far: FarRays::NONE };
 
     /// Over boxes of triangles, by the roundings of the box test alone.
-    pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0 };
+    pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0, far: FarRays::NONE };
 
-    /// Over world boxes of instances. Between a ray in the world and the same ray in an instance there are more roundings, a few times as many when the placement
-    /// is skewed; and taking the origin to an instance mixes its coordinates, so roundings of the largest one count on every axis.
-    pub(crate) const INSTANCES: Self = Self { slack: 64.0, stray: 16.0 * UNIT_ROUNDOFF };
+    /// Over world boxes of instances. Taking a ray to an instance mixes its coordinates, so that roundings of the largest one count on every axis: five of the origin,
+    /// and twelve of `t` directions, those of the triangle test included, for each unit that a row of `|M||N|` sums to (see [`inverse`](super::inverse)). This is
+    /// enough for [`PAID_BY_RAYS`](super::inverse::PAID_BY_RAYS) of them.
+    pub(crate) const INSTANCES: Self = Self { slack: 64.0, stray: 16.0 * UNIT_ROUNDOFF, far: FarRays::NONE };
+
+    /// Over world boxes of instances, some of which are skewed.
+    #[inline(always)]
+    pub(crate) const fn instances(far: FarRays) -> Self {
+        Self { far, ..Self::INSTANCES }
+    }
+
+    /// By how much a ray strays whose origin has this as its largest coordinate, metres.
+    #[inline(always)]
+    pub(crate) fn stray(&self, farthest: f32) -> f32 {
+        self.stray * farthest + self.far.stray * (farthest - self.far.padded_for).max(0.0)
+    }
 
     /// A ray that runs flatter than this to the planes of an axis counts as parallel to them; leaning in proportion would lead nowhere.
     #[inline(always)]
@@ -69,7 +98,7 @@ impl SafeRay {
     /// For boxes all within `bounds`. The ray is as [`Ray::sane`] made it.
     pub(crate) fn new(ray: &Ray, bounds: &Aabb, lean: Lean) -> Self {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        let (slack, stray) = (lean.slack, lean.stray * origin.abs().max_element());
+        let (slack, stray) = (lean.slack, lean.stray(origin.abs().max_element()));
         let largest = direction.abs().max_element();
         let step = direction.abs().max(Vec3A::splat(LEAST_SLOPE * largest)).copysign(direction);
         let reciprocal = step.recip();

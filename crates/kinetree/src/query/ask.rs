@@ -4,9 +4,9 @@ use std::marker::PhantomData;
 use std::mem::replace;
 use std::ops::ControlFlow;
 
-use super::{Cull, Filter, Hit};
+use super::{Cull, Filter, Hit, in_double};
 use crate::geometry::slab::Lean;
-use crate::geometry::{Aabb, Precision, Ray, SafeRay, Sheared, TriangleHit};
+use crate::geometry::{Aabb, Precision, Ray, SafeRay, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
 use crate::traverse::{Carefully, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide};
 use crate::wide::{InstanceRecord, WideLink};
@@ -89,11 +89,11 @@ fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: In
         let _ = visitor.leaf(isa, WideLink::units(0..1), tally);
         return;
     }
-    let tree = top.tree();
+    let (tree, lean) = (top.tree(), Lean::instances(top.far()));
     let quads = RayQuads::new(isa, ray);
-    let lanes = match RayLanes::new(isa, &quads, tree.around(), Lean::INSTANCES) {
+    let lanes = match RayLanes::new(isa, &quads, tree.around(), lean) {
         Some(lanes) => lanes,
-        None => match safe(ray, tree.around(), Lean::INSTANCES) {
+        None => match safe(ray, tree.around(), lean) {
             Some(safe) if safe.needs_care() => {
                 return apart(visitor.gather, |gather| carefully(InWorld { gather, ..visitor }, &safe, tally));
             }
@@ -150,6 +150,11 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
                 continue;
             }
             tally.instance();
+            if record.in_double {
+                let (world, ray, rules) = (self.world, self.ray, self.rules);
+                apart(self.gather, |gather| in_double::enter(world, ray, instance, rules, gather, tally))?;
+                continue;
+            }
             match self.world.meshes[record.mesh as usize].precision {
                 Precision::Watertight => self.enter::<I, T, true>(isa, instance, record, tally)?,
                 Precision::Fast => self.enter::<I, T, false>(isa, instance, record, tally)?,
@@ -242,39 +247,10 @@ pub(crate) struct RayInMesh<'a, F> {
     rules: Rules<F>,
 }
 
-impl<'a, F: Filter> RayInMesh<'a, F> {
-    /// `None` when the ray cannot hit anything there.
-    pub(crate) fn enter(world: &'a TwoLevel, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
-        let record = &world.instances[instance as usize];
-        if record.mask & rules.mask == 0 {
-            return None;
-        }
-        let mesh = &*world.meshes[record.mesh as usize];
-        Some(Self { local: record.enter(ray)?, mesh, instance, record, rules })
-    }
-
-    pub(crate) fn mesh(&self) -> &'a Posed {
-        self.mesh
-    }
-
-    pub(crate) fn sheared(&self) -> Sheared {
-        Sheared::new(&self.local)
-    }
-
-    /// The hit of one triangle, if it counts.
-    #[inline]
-    pub(crate) fn hit(&self, sheared: &Sheared, primitive: u32, t_max: f32) -> Option<Hit> {
-        let triangle = self.mesh.triangles.get(primitive);
-        let hit = match self.mesh.precision {
-            Precision::Watertight => sheared.hit(&triangle, self.local.t_min, t_max)?,
-            Precision::Fast => sheared.hit_fast(&triangle, self.local.t_min, t_max)?,
-        };
-        self.counts(&hit, primitive).then(|| Hit::new(&hit, primitive, self.instance))
-    }
-
+impl<F: Filter> RayInMesh<'_, F> {
     #[inline(always)]
     fn counts(&self, hit: &TriangleHit, primitive: u32) -> bool {
-        self.rules.cull.keeps(hit) && self.rules.filter.accepts(hit, primitive, self.instance, self.record)
+        self.rules.count(hit, primitive, self.instance, self.record)
     }
 
     #[cold]
@@ -289,6 +265,13 @@ impl<'a, F: Filter> RayInMesh<'a, F> {
         let mut visitor = InMesh { ray: self, lanes, gather, done: ControlFlow::Continue(()) };
         walk_wide(Scalar, self.mesh.bvh.tree(), Carefully(safe), &mut visitor, tally);
         visitor.done
+    }
+}
+
+impl<F: Filter> Rules<F> {
+    #[inline(always)]
+    pub(super) fn count(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool {
+        self.cull.keeps(hit) && self.filter.accepts(hit, primitive, instance, record)
     }
 }
 

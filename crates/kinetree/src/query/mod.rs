@@ -10,6 +10,7 @@ mod candidate;
 mod closest;
 mod gather_rows;
 mod hit;
+mod in_double;
 mod occluded;
 mod options;
 #[doc(hidden)]

@@ -36,7 +36,8 @@ impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G,
             // The boxes in the root of its mesh say as much as its own.
             visitor.leaf(isa, WideLink::units(0..1), set);
         } else {
-            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), Lean::INSTANCES);
+            let lean = Lean::instances(self.world.top.far());
+            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), lean);
             visitor.alone = planes.careful;
             for set in octants(set & !planes.careful, rays.negative) {
                 let interval = Interval::new(isa, &rays, &planes, set);
@@ -74,6 +75,10 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
         for &instance in &self.world.top.instances()[units] {
             let record = &self.world.instances[instance as usize];
             if record.mask & self.rules.mask == 0 {
+                continue;
+            }
+            if record.in_double {
+                self.alone |= set;
                 continue;
             }
             let counts = Counts { rules: self.rules, first: self.first, instance, record };

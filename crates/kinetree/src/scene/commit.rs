@@ -11,6 +11,8 @@ use super::ring::Ring;
 use super::snapshot::Snapshot;
 use super::top_level;
 use crate::clock::Clock;
+use crate::geometry::inverse::Inverse;
+use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine};
 use crate::traverse::Posed;
 use crate::wide::InstanceRecord;
@@ -40,8 +42,8 @@ impl Scene {
         let mesh_time = clock.elapsed();
 
         let top_clock = Clock::start();
-        let left_out = self.place_instances(&mut frame);
-        let method = self.combine(&mut frame);
+        let (left_out, far) = self.place_instances(&mut frame);
+        let method = self.combine(&mut frame, far);
         let top_level = TopLevelReport {
             method,
             instances: frame.world.top.primitive_count(),
@@ -73,12 +75,13 @@ impl Scene {
         work.into_iter().filter_map(|(_, _, report)| report).collect()
     }
 
-    /// Fills instance records and world boxes; says who was left out.
-    fn place_instances(&mut self, frame: &mut Frame) -> Vec<super::InstanceId> {
+    /// Fills instance records and world boxes; says who was left out, and how rays from far away stray.
+    fn place_instances(&mut self, frame: &mut Frame) -> (Vec<super::InstanceId>, FarRays) {
         let resolved = self.resolved();
         frame.placed.clear();
         frame.boxes.clear();
         frame.world.instances.clear();
+        frame.world.doubles.clear();
         frame.world.meshes.clear();
         frame.world.meshes.resize(self.meshes.end(), self.kept.nothing.clone());
         for (slot, mesh) in self.meshes.iter() {
@@ -86,7 +89,7 @@ impl Scene {
                 frame.world.meshes[slot as usize] = posed.clone();
             }
         }
-        let mut left_out = Vec::new();
+        let (mut left_out, mut skewed) = (Vec::new(), Vec::new());
         let handles: Vec<_> = self.instances.iter().map(|(slot, _)| self.instances.handle_of(slot)).collect();
         for (handle, (_, instance)) in handles.into_iter().zip(self.instances.iter_mut()) {
             let (Some(node), Ok(mesh)) = (self.nodes.at(instance.node), self.meshes.get(instance.mesh)) else {
@@ -98,20 +101,29 @@ impl Scene {
             let placement = resolved[instance.node as usize].then(&instance.placement);
             let world_from_object = placement.transform;
             // Inverses are kept while nothing moves.
-            let inverse = match instance.inverted {
-                Some((of, inverse)) if of == world_from_object => inverse,
-                _ => world_from_object.is_finite().then(|| world_from_object.inverse()).flatten(),
-            };
-            instance.inverted = Some((world_from_object, inverse));
+            if instance.inverted.as_ref().is_none_or(|(of, _)| *of != world_from_object) {
+                let inverse = world_from_object.is_finite().then(|| Inverse::of(&world_from_object)).flatten();
+                instance.inverted = Some((world_from_object, inverse));
+            }
+            let inverse = instance.inverted.as_ref().and_then(|(_, inverse)| inverse.as_ref());
             let mesh_at = instance.mesh.slot;
             let tree = &frame.world.meshes[mesh_at as usize].bvh;
-            let Some((object_from_world, bounds)) = inverse
-                .map(|inverse| (inverse, top_level::world_box(tree, &world_from_object, &inverse)))
-                .filter(|(_, bounds)| bounds.is_empty() || bounds.is_finite())
+            let Some((inverse, object_from_world, bounds)) = inverse
+                .and_then(|inverse| {
+                    let bounds = top_level::world_box(tree, &world_from_object, inverse);
+                    Some((inverse, inverse.object_from_world()?, bounds))
+                })
+                .filter(|(_, _, bounds)| bounds.is_empty() || bounds.is_finite())
             else {
                 left_out.push(handle.into());
                 continue;
             };
+            let number = frame.world.instances.len();
+            match inverse {
+                Inverse::Single { skew, .. } if top_level::is_skewed(*skew) => skewed.push((number, *skew)),
+                Inverse::Single { .. } => {}
+                Inverse::Double(double) => frame.world.doubles.push((number as u32, **double)),
+            }
             frame.world.instances.push(InstanceRecord {
                 object_from_world,
                 mesh: mesh_at,
@@ -119,6 +131,7 @@ impl Scene {
                 user_id: placement.user_id.unwrap_or(0),
                 opaque: instance.opaque,
                 identity: world_from_object == Affine::IDENTITY,
+                in_double: matches!(inverse, Inverse::Double(_)),
             });
             frame.boxes.push(bounds);
             frame.placed.push(PlacedInstance {
@@ -128,18 +141,19 @@ impl Scene {
                 world_from_object,
             });
         }
-        left_out
+        let far = top_level::pad_skewed(&mut frame.boxes, &skewed);
+        (left_out, far)
     }
 
     /// The tree over the instances: that of the last frame if no box has moved.
-    fn combine(&self, frame: &mut Frame) -> TopLevelMethod {
+    fn combine(&self, frame: &mut Frame, far: FarRays) -> TopLevelMethod {
         if let Some(last) = self.kept.frames.current()
             && last.boxes == frame.boxes
         {
-            frame.world.top.copy_from(&last.world.top);
+            frame.world.top.copy_from(&last.world.top, far);
             return TopLevelMethod::Kept;
         }
-        let (top, method) = top_level::build(&frame.boxes, &self.threads);
+        let (top, method) = top_level::build(&frame.boxes, far, &self.threads);
         frame.world.top = top;
         method
     }

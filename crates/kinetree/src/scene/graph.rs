@@ -3,6 +3,7 @@
 use super::handle::{Handle, InstanceId, NodeId};
 use super::slots::Slots;
 use crate::geometry::Affine;
+use crate::geometry::inverse::Inverse;
 
 /// What can be placed, masked and numbered: a node (in its parent) or an instance (in its node).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -80,7 +81,7 @@ pub(crate) struct Instance {
     pub(crate) mesh: Handle,
     pub(crate) opaque: bool,
     /// The placement that the inverse belongs to.
-    pub(crate) inverted: Option<(Affine, Option<Affine>)>,
+    pub(crate) inverted: Option<(Affine, Option<Inverse>)>,
 }
 
 /// Where every node stands in its root's space, by slot. Parents before children, without recursion: chains may be long.

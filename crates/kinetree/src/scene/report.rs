@@ -16,7 +16,7 @@ pub struct FrameReport {
     pub meshes: Vec<MeshReport>,
     /// What became of the tree over the instances.
     pub top_level: TopLevelReport,
-    /// Instances whose placement cannot be inverted (scale zero, for instance) or overflows. No ray sees them.
+    /// Instances whose placement is flat along two or three axes (scale zero, for instance) or overflows. No ray sees them.
     pub left_out: Vec<InstanceId>,
     /// How many buffers had to be allocated, because all others were held by snapshots or did not exist yet.
     pub allocated: usize,
@@ -137,7 +137,11 @@ impl fmt::Display for FrameReport {
         )?;
         write!(f, "  memory     {:.1} MB, {} buffers allocated", self.memory as f64 / 1e6, self.allocated)?;
         if !self.left_out.is_empty() {
-            write!(f, "\n  left out   {} instances whose placement has no inverse", self.left_out.len())?;
+            write!(
+                f,
+                "\n  left out   {} instances whose placement is flat along two axes or overflows",
+                self.left_out.len()
+            )?;
         }
         for mesh in self.meshes.iter().filter(|mesh| mesh.action == Action::Rebuilt && mesh.compared) {
             let MeshReport { triangles, drift, .. } = mesh;

@@ -211,7 +211,7 @@ impl<'a> InstanceView<'a> {
         &self.placed.world_from_object
     }
 
-    /// The way back, as rays take it.
+    /// The way back, as rays take it; of a flat placement, for points of its plane.
     pub fn object_from_world(&self) -> &'a Affine {
         &self.record.object_from_world
     }

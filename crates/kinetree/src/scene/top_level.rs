@@ -2,30 +2,36 @@
 
 use super::report::TopLevelMethod;
 use crate::build::{BuildOptions, agglomerate, binned};
-use crate::geometry::{Aabb, Affine};
+use crate::geometry::inverse::{Inverse, PAID_BY_RAYS};
+use crate::geometry::slab::FarRays;
+use crate::geometry::{Aabb, Affine, UNIT_ROUNDOFF};
 use crate::threads::Threads;
 use crate::wide::{WideMesh, WideTop};
 
 /// Up to this many instances are clustered exactly, which takes well below a millisecond; beyond, its time grows faster than that of binning.
 const CLUSTERED_UP_TO: usize = 512;
 
-/// A tree over the boxes that are not empty; its primitives are places in `boxes`.
-pub(crate) fn build(boxes: &[Aabb], threads: &Threads) -> (WideTop, TopLevelMethod) {
+/// A tree over the boxes that are not empty; its primitives are places in `boxes`. `far` is how rays from far away stray.
+pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (WideTop, TopLevelMethod) {
     let (numbers, solid): (Vec<u32>, Vec<Aabb>) =
         (0..).zip(boxes.iter().copied()).filter(|(_, bounds)| !bounds.is_empty()).unzip();
     if solid.len() <= CLUSTERED_UP_TO {
-        return (WideTop::new(&agglomerate(&solid).bvh.renumbered(&numbers)), TopLevelMethod::Clustered);
+        return (WideTop::new(&agglomerate(&solid).bvh.renumbered(&numbers), far), TopLevelMethod::Clustered);
     }
     let options = BuildOptions { threads: threads.clone(), ..BuildOptions::single() };
     let tree = binned(solid.len(), |i| solid[i as usize], &options);
-    (WideTop::new(&tree.renumbered(&numbers)), TopLevelMethod::Binned)
+    (WideTop::new(&tree.renumbered(&numbers), far), TopLevelMethod::Binned)
 }
 
 /// A world box around a mesh where an instance stands: around the images of the boxes in its root node, which is tighter than the image of its root.
 ///
-/// Rays enter the mesh through the rounded inverse; the box leaves room for that.
-pub(crate) fn world_box(mesh: &WideMesh, world_from_object: &Affine, object_from_world: &Affine) -> Aabb {
+/// Rays enter the mesh through the rounded inverse; the box leaves room for what they err by whatever their origin.
+pub(crate) fn world_box(mesh: &WideMesh, world_from_object: &Affine, inverse: &Inverse) -> Aabb {
     let Some(root) = mesh.tree().nodes().first() else { return Aabb::EMPTY };
+    let world_from_object = match inverse {
+        Inverse::Single { .. } => world_from_object,
+        Inverse::Double(double) => &double.world_from_object,
+    };
     let tight = root
         .lanes()
         .fold(Aabb::EMPTY, |all, (lane, _)| all.union(&world_from_object.transform_box(&root.bounds(lane))));
@@ -33,13 +39,39 @@ pub(crate) fn world_box(mesh: &WideMesh, world_from_object: &Affine, object_from
     if bounds.is_empty() {
         return Aabb::EMPTY;
     }
-    let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0_f32, |most, x| most.max(x.abs()));
-    let condition = reach(world_from_object) * reach(object_from_world);
-    let slack = 16.0 * crate::geometry::UNIT_ROUNDOFF * farthest * condition;
-    Aabb::new(bounds.min.map(|x| x - slack), bounds.max.map(|x| x + slack))
+    padded(&bounds, inverse.error(world_from_object, &mesh.bounds()))
 }
 
-/// The most that a map stretches a coordinate.
-fn reach(map: &Affine) -> f32 {
-    (0..3).fold(0.0, |most: f32, row| most.max(map.x_axis[row].abs() + map.y_axis[row].abs() + map.z_axis[row].abs()))
+fn padded(bounds: &Aabb, pad: [f32; 3]) -> Aabb {
+    let axes = [0, 1, 2];
+    Aabb::new(axes.map(|axis| bounds.min[axis] - pad[axis]), axes.map(|axis| bounds.max[axis] + pad[axis]))
+}
+
+/// Roundings by which a ray may be off at a skewed instance for each unit that a row of `|M||N|` sums to, as a share of the coordinates of its origin and of the place
+/// where it is: five of the origin, and twelve of the way between both. So boxes are padded by 29 of the farther one, and by 17 of what the origin is farther away; a few
+/// more for what the error itself adds to the way.
+const SKEWED_BOX: f32 = 32.0 * UNIT_ROUNDOFF;
+const SKEWED_RAY: f32 = 18.0 * UNIT_ROUNDOFF;
+
+/// Pads the boxes of skewed instances, given by their place and the row sums of `|M||N|`, for rays whose origin is not farther out than any instance; says what is
+/// still to be added for others. So one skewed instance costs the others nothing, unless a ray comes from far away.
+pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> FarRays {
+    if skewed.is_empty() {
+        return FarRays::NONE;
+    }
+    let corners = boxes.iter().filter(|bounds| !bounds.is_empty()).flat_map(|bounds| [bounds.min, bounds.max]);
+    let farthest = corners.flatten().fold(0.0_f32, |most, x| most.max(x.abs()));
+    let mut most = 0.0_f32;
+    for &(at, skew) in skewed {
+        let excess = skew.map(|sum| (sum - PAID_BY_RAYS).max(0.0));
+        most = excess.into_iter().fold(most, f32::max);
+        let Aabb { min, max } = padded(&boxes[at], excess.map(|excess| excess * SKEWED_BOX * farthest));
+        boxes[at] = Aabb::new(min.map(|x| x.max(f32::MIN)), max.map(|x| x.min(f32::MAX)));
+    }
+    FarRays { padded_for: farthest, stray: most * SKEWED_RAY }
+}
+
+/// Whether rays stray more at an instance than box tests allow for.
+pub(crate) fn is_skewed(skew: [f32; 3]) -> bool {
+    skew.iter().any(|&sum| sum > PAID_BY_RAYS)
 }

@@ -107,8 +107,13 @@ impl<I: Isa> RayLanes<I> {
         let (mut near_slack, mut far_slack) =
             (isa.mul4(isa.abs4(near_origin), four), isa.mul4(isa.abs4(far_origin), four));
         if lean.stray > 0.0 {
-            let farthest = isa.mul4(isa.largest_of_three(origin), isa.splat4(lean.stray));
-            let stray = isa.mul4(size, farthest);
+            let farthest = isa.largest_of_three(origin);
+            let mut stray = isa.mul4(farthest, isa.splat4(lean.stray));
+            if lean.far.stray > 0.0 {
+                let beyond = isa.max4(isa.sub4(farthest, isa.splat4(lean.far.padded_for)), isa.splat4(0.0));
+                stray = isa.add4(stray, isa.mul4(beyond, isa.splat4(lean.far.stray)));
+            }
+            let stray = isa.mul4(size, stray);
             (near_slack, far_slack) = (isa.add4(near_slack, stray), isa.add4(far_slack, stray));
         }
         // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::geometry::inverse::DoubleInverse;
 use crate::geometry::{Precision, Triangles};
 use crate::simd::Level;
 use crate::wide::{InstanceRecord, WideMesh, WideTop};
@@ -30,12 +31,28 @@ pub struct TwoLevel {
     pub instances: Vec<InstanceRecord>,
     /// What the instances lead to.
     pub meshes: Vec<Arc<Posed>>,
+    /// How rays enter the instances that are entered in double precision, in the order of their numbers.
+    pub(crate) doubles: Vec<(u32, DoubleInverse)>,
     /// What walks are compiled for.
     pub level: Level,
 }
 
 impl Default for TwoLevel {
     fn default() -> Self {
-        Self { top: WideTop::default(), instances: Vec::new(), meshes: Vec::new(), level: Level::current() }
+        Self {
+            top: WideTop::default(),
+            instances: Vec::new(),
+            meshes: Vec::new(),
+            doubles: Vec::new(),
+            level: Level::current(),
+        }
+    }
+}
+
+impl TwoLevel {
+    /// How rays enter an instance whose record says that they do so in double precision.
+    pub(crate) fn double(&self, instance: u32) -> Option<&DoubleInverse> {
+        let at = self.doubles.binary_search_by_key(&instance, |(number, _)| *number).ok()?;
+        Some(&self.doubles[at].1)
     }
 }

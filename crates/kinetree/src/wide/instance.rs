@@ -18,6 +18,8 @@ pub struct InstanceRecord {
     pub opaque: bool,
     /// The mesh stands where it was made: rays need not be transformed.
     pub identity: bool,
+    /// Rays enter in double precision, since the placement is flat or badly skewed.
+    pub in_double: bool,
 }
 
 const _: () = assert!(size_of::<InstanceRecord>() == 64);

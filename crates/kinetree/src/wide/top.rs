@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::collapse::{Costs, Units, collapse};
 use super::{WideTree, WideViolation};
 use crate::geometry::Aabb;
+use crate::geometry::slab::FarRays;
 use crate::threads::Threads;
 use crate::tree::Bvh;
 
@@ -17,6 +18,7 @@ const COSTS: Costs = Costs { node: 1.0, unit: 3.0, unit_size: 1, max_units: 1 };
 pub struct WideTop {
     tree: WideTree,
     instances: Vec<u32>,
+    far: FarRays,
 }
 
 /// The numbers of instances, in the order of the leaves.
@@ -42,20 +44,27 @@ impl Units for Instances<'_> {
 }
 
 impl WideTop {
-    /// Collapses a binary tree over instances, each alone in its leaf.
-    pub(crate) fn new(binary: &Bvh) -> Self {
+    /// Collapses a binary tree over instances, each alone in its leaf. `far` is how rays from far away stray.
+    pub(crate) fn new(binary: &Bvh, far: FarRays) -> Self {
         let mut instances =
             Instances { primitives: binary.primitives(), list: Vec::with_capacity(binary.primitives().len()) };
         let tree = collapse(binary, &COSTS, &Threads::one(), &mut instances);
-        Self { tree, instances: instances.list }
+        Self { tree, instances: instances.list, far }
     }
 
-    /// Becomes a copy, in the memory that is there.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
+    /// Becomes a copy, in the memory that is there; `far` is how rays from far away stray now.
+    pub(crate) fn copy_from(&mut self, other: &Self, far: FarRays) {
         self.tree.nodes.clone_from(&other.tree.nodes);
         self.tree.units = other.tree.units;
         self.tree.bounds = other.tree.bounds;
         self.instances.clone_from(&other.instances);
+        self.far = far;
+    }
+
+    /// How rays from far away stray.
+    #[inline(always)]
+    pub(crate) fn far(&self) -> FarRays {
+        self.far
     }
 
     /// The nodes.

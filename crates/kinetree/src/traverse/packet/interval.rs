@@ -61,7 +61,7 @@ impl<I: Isa> Interval<I> {
             let [last, minus_first, most, minus_least] = ends[axis];
             // Infinite ones would make no number of nothing.
             let most = (most * (1.0 + WIDENED)).min(f32::MAX);
-            let slack = (last.max(minus_first) * SLACK + farthest * planes.stray) * most + planes.parallel[axis];
+            let slack = (last.max(minus_first) * SLACK + planes.lean.stray(farthest)) * most + planes.parallel[axis];
             // A little more, so that a box that rays only touch, at no distance, is left after it is entered.
             let slack = (slack * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
             axes[axis] = Range {

@@ -15,8 +15,8 @@ pub(crate) struct PacketPlanes {
     pub(crate) far_offset: [Column; 3],
     /// Rays that only double precision does justice.
     pub(crate) careful: u64,
-    /// Share of the largest coordinate of a ray's origin by which offsets lean.
-    pub(super) stray: f32,
+    /// By how much offsets lean with the largest coordinate of a ray's origin, among others.
+    pub(super) lean: Lean,
     /// By how much more they lean along each axis, at most, where rays run parallel to its planes.
     pub(super) parallel: [f32; 3],
 }
@@ -32,7 +32,7 @@ impl PacketPlanes {
             far_scale: zero,
             far_offset: zero,
             careful: 0,
-            stray: lean.stray,
+            lean,
             parallel: [0.0; 3],
         };
         if all.set_quickly(isa, rays, bounds, lean) & set != set {
@@ -54,7 +54,11 @@ impl PacketPlanes {
             let [x, y, z] = [&rays.origin[0].0[row], &rays.origin[1].0[row], &rays.origin[2].0[row]];
             let farthest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
             let farthest = isa.max16(farthest, size(isa, isa.load16(z)));
-            let stray = isa.mul16(farthest, isa.splat16(lean.stray));
+            let mut stray = isa.mul16(farthest, isa.splat16(lean.stray));
+            if lean.far.stray > 0.0 {
+                let beyond = isa.max16(isa.sub16(farthest, isa.splat16(lean.far.padded_for)), isa.splat16(0.0));
+                stray = isa.add16(stray, isa.mul16(beyond, isa.splat16(lean.far.stray)));
+            }
             let mut lanes = isa.le16(isa.max16(largest, farthest), moderate);
             for axis in 0..3 {
                 let origin = isa.load16(&rays.origin[axis].0[row]);

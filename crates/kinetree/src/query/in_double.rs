@@ -1,0 +1,124 @@
+//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that single precision does no justice.
+//!
+//! See [`inverse`](crate::geometry::inverse) for how rays enter those. They are rare, so one way serves every question, at the scalar level.
+
+use std::ops::ControlFlow;
+
+use super::ask::{Gather, Rules};
+use super::{Filter, Hit};
+use crate::geometry::inverse::LocalRay;
+use crate::geometry::slab::{Lean, SafeRay};
+use crate::geometry::{Precision, Ray, Sheared};
+use crate::simd::Scalar;
+use crate::traverse::{Carefully, Posed, Tally, TwoLevel, WideVisitor, walk_wide};
+use crate::wide::{InstanceRecord, WideLink};
+
+/// A ray in the space of one instance.
+pub(crate) struct RayInInstance<'a, F> {
+    local: Ray,
+    /// The same, where it was entered in double precision.
+    double: Option<LocalRay>,
+    t_min: f32,
+    mesh: &'a Posed,
+    instance: u32,
+    record: &'a InstanceRecord,
+    rules: Rules<F>,
+}
+
+impl<'a, F: Filter> RayInInstance<'a, F> {
+    /// `None` when the ray cannot hit anything there.
+    pub(crate) fn enter(world: &'a TwoLevel, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
+        let record = &world.instances[instance as usize];
+        if record.mask & rules.mask == 0 {
+            return None;
+        }
+        let mesh = &*world.meshes[record.mesh as usize];
+        let double =
+            if record.in_double { Some(world.double(instance)?.enter(ray, &mesh.bvh.bounds())?) } else { None };
+        let local = match &double {
+            Some(double) => double.ray,
+            None => record.enter(ray)?,
+        };
+        Some(Self { local, double, t_min: ray.t_min, mesh, instance, record, rules })
+    }
+
+    pub(crate) fn mesh(&self) -> &'a Posed {
+        self.mesh
+    }
+
+    pub(crate) fn sheared(&self) -> Sheared {
+        Sheared::new(&self.local)
+    }
+
+    /// Hits beyond this along the local ray are beyond `t_max` in the world.
+    fn local_t_max(&self, t_max: f32) -> f32 {
+        self.double.as_ref().map_or(t_max, |double| double.beyond(t_max))
+    }
+
+    /// The hit of one triangle, if it counts.
+    #[inline]
+    pub(crate) fn hit(&self, sheared: &Sheared, primitive: u32, t_max: f32) -> Option<Hit> {
+        let triangle = self.mesh.triangles.get(primitive);
+        let local_t_max = self.local_t_max(t_max);
+        let mut hit = match self.mesh.precision {
+            Precision::Watertight => sheared.hit(&triangle, self.local.t_min, local_t_max)?,
+            Precision::Fast => sheared.hit_fast(&triangle, self.local.t_min, local_t_max)?,
+        };
+        if let Some(double) = &self.double {
+            hit.t = double.in_world(hit.t);
+            if !(self.t_min <= hit.t && hit.t <= t_max && hit.t.is_finite()) {
+                return None;
+            }
+        }
+        let counts = self.rules.count(&hit, primitive, self.instance, self.record);
+        counts.then(|| Hit::new(&hit, primitive, self.instance))
+    }
+}
+
+/// Goes through the tree of an instance that is entered in double precision.
+#[cold]
+#[inline(never)]
+pub(super) fn enter<F: Filter, G: Gather, T: Tally>(
+    world: &TwoLevel,
+    ray: &Ray,
+    instance: u32,
+    rules: Rules<F>,
+    gather: &mut G,
+    tally: &mut T,
+) -> ControlFlow<()> {
+    let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { return ControlFlow::Continue(()) };
+    let tree = ray.mesh.bvh.tree();
+    let safe = SafeRay::new(&ray.local, tree.around(), Lean::TRIANGLES);
+    let mut visitor = OneByOne { sheared: ray.sheared(), ray: &ray, gather, done: ControlFlow::Continue(()) };
+    walk_wide(Scalar, tree, Carefully(&safe), &mut visitor, tally);
+    visitor.done
+}
+
+struct OneByOne<'a, F, G> {
+    ray: &'a RayInInstance<'a, F>,
+    sheared: Sheared,
+    gather: &'a mut G,
+    done: ControlFlow<()>,
+}
+
+impl<F: Filter, G: Gather, T: Tally> WideVisitor<Scalar, T> for OneByOne<'_, F, G> {
+    const ANY: bool = G::ANY;
+
+    fn t_max(&self) -> f32 {
+        self.ray.local_t_max(self.gather.t_max())
+    }
+
+    fn leaf(&mut self, _: Scalar, link: WideLink, tally: &mut T) -> ControlFlow<()> {
+        for unit in link.unit_index()..link.unit_index() + link.unit_count() {
+            let block = self.ray.mesh.bvh.block(unit);
+            tally.block(block.count);
+            for &primitive in &block.primitives[..block.count as usize] {
+                if let Some(hit) = self.ray.hit(&self.sheared, primitive, self.gather.t_max()) {
+                    self.done = self.gather.take(hit);
+                    self.done?;
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
