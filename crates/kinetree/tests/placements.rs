@@ -160,49 +160,61 @@ fn far_ray(random: &mut Random, corners: [V; 3]) -> Ray {
     Ray::new(origin, towards)
 }
 
+/// Traces some rays at one frame, every way, and says how many double precision could judge.
+fn trace_far(view: &Snapshot, seed: u64, batch: u64, rays: usize) -> usize {
+    let all = triangles(view);
+    let skews: Vec<f64> = view.instances().map(|instance| skew(instance.world_from_object())).collect();
+    let mut random = Random::new(seed << 32 | batch);
+    let (mut judged, mut traced) = (0, Vec::new());
+    for number in 0..rays {
+        let (instance, primitive, corners) = all[random.below(all.len())];
+        let ray = far_ray(&mut random, corners);
+        let said = || format!("{ray:?}, instance {instance}, triangle {primitive}, ray {number} of {seed}, {batch}");
+        // Those that the triangle test meets are found by the trees.
+        let hit = view.closest_hit(&ray);
+        assert_eq!(hit, view.query().by_looking().closest_hit(&ray), "{}", said());
+        traced.push((ray, hit));
+        // And the triangle test errs by no more than it may.
+        let right = crossing(&ray, corners);
+        let far = length(wide(ray.origin));
+        let skew = skews[instance as usize];
+        let unit = f64::from(f32::EPSILON) / 2.0;
+        let error = if skew > 16.0 { 64.0 * unit * 10.0 } else { 20.0 * unit * (skew * (far + 10.0) + 10.0) };
+        let grazing = right.cosine.abs();
+        if right.inside > 4.0 * error / grazing {
+            judged += 1;
+            let near = (error / grazing / length(wide(ray.direction)) + 4.0 * unit) * 4.0;
+            let hits = view.query().all_hits(&ray);
+            let found = hits.iter().find(|hit| hit.instance_index() == instance && hit.primitive == primitive);
+            let found = found.unwrap_or_else(|| panic!("lost: {}", said()));
+            assert!((f64::from(found.t) - right.t).abs() <= near, "{} is not {}: {}", found.t, right.t, said());
+            assert!(hit.is_some_and(|hit| hit.t <= found.t) && view.occluded(&ray), "{}", said());
+        }
+    }
+    let rays: Vec<Ray> = traced.iter().map(|(ray, _)| *ray).collect();
+    let mut hits = vec![None; rays.len()];
+    view.closest_hits(&rays, &mut hits, Coherence::Coherent);
+    assert!(hits.iter().zip(&traced).all(|(hit, (_, alone))| hit == alone), "packets differ, {seed}, {batch}");
+    judged
+}
+
 #[test]
 fn no_ray_from_far_loses_a_skewed_instance() {
-    let rays = count(120_000) / 6;
-    for (seed, (least, most)) in
-        [(1, (3.2, 16.0)), (2, (12.0, 16.0)), (3, (16.0, 1e3)), (4, (1e3, 2e5)), (5, (1.0, 1e5)), (6, (1.0, 3.2))]
-    {
-        let view = skewed(seed, least, most);
-        let all = triangles(&view);
-        let skews: Vec<f64> = view.instances().map(|instance| skew(instance.world_from_object())).collect();
-        let mut random = Random::new(100 + seed);
-        let (mut judged, mut packet) = (0, Vec::new());
-        for number in 0..rays {
-            let (instance, primitive, corners) = all[random.below(all.len())];
-            let ray = far_ray(&mut random, corners);
-            let said = format!("{ray:?}, instance {instance}, triangle {primitive}, seed {seed}, ray {number}");
-            // Those that the triangle test meets are found by the trees.
-            let hit = view.closest_hit(&ray);
-            let looked = view.query().by_looking().closest_hit(&ray);
-            assert_eq!(hit, looked, "{said}");
-            packet.push((ray, hit));
-            // And the triangle test errs by no more than it may.
-            let right = crossing(&ray, corners);
-            let far = length(wide(ray.origin));
-            let skew = skews[instance as usize];
-            let unit = f64::from(f32::EPSILON) / 2.0;
-            let error = if skew > 16.0 { 64.0 * unit * 10.0 } else { 20.0 * unit * (skew * (far + 10.0) + 10.0) };
-            let grazing = right.cosine.abs();
-            if right.inside > 4.0 * error / grazing {
-                judged += 1;
-                let near = (error / grazing / length(wide(ray.direction)) + 4.0 * unit) * 4.0;
-                let hits = view.query().all_hits(&ray);
-                let found = hits.iter().find(|hit| hit.instance_index() == instance && hit.primitive == primitive);
-                let found = found.unwrap_or_else(|| panic!("lost: {said}"));
-                assert!((f64::from(found.t) - right.t).abs() <= near, "{} is not {}: {said}", found.t, right.t);
-                assert!(hit.is_some_and(|hit| hit.t <= found.t) && view.occluded(&ray), "{said}");
-            }
+    const BATCH: usize = 10_000;
+    let bounds = [(1.0, 3.2), (3.2, 16.0), (12.0, 16.0), (16.0, 1e3), (1e3, 2e5), (1.0, 1e5)];
+    let batches = (count(120_000) / BATCH).div_ceil(bounds.len());
+    std::thread::scope(|scope| {
+        for (seed, (least, most)) in (1..).zip(bounds) {
+            scope.spawn(move || {
+                let judged: usize = (0..batches)
+                    .map(|batch| {
+                        trace_far(&skewed(seed * 1000 + batch as u64 % 97, least, most), seed, batch as u64, BATCH)
+                    })
+                    .sum();
+                assert!(judged > batches * BATCH / 50, "only {judged} judged of skews from {least} to {most}");
+            });
         }
-        assert!(judged > rays / 50, "only {judged} of {rays} judged, seed {seed}");
-        let rays: Vec<Ray> = packet.iter().map(|(ray, _)| *ray).collect();
-        let mut hits = vec![None; rays.len()];
-        view.closest_hits(&rays, &mut hits, Coherence::Coherent);
-        assert!(hits.iter().zip(&packet).all(|(hit, (_, alone))| hit == alone), "packets differ, seed {seed}");
-    }
+    });
 }
 
 /// Placements that are flat along one axis, exactly or to within what their numbers can say.
