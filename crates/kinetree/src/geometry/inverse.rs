@@ -6,7 +6,7 @@
 //! it. Only skew makes it larger. (Higham 2002, "Accuracy and Stability of Numerical Algorithms", section 7.2, calls it the condition number of Bauer and Skeel.)
 //!
 //! * Up to [`PAID_BY_RAYS`], box tests of the top level leave enough room ([`Lean::INSTANCES`](super::slab::Lean::INSTANCES)).
-//! * Up to [`MOST_SKEWED`], boxes and far rays are given more ([`top_level`](crate::scene)).
+//! * Up to [`MOST_SKEWED`], boxes and far rays are given more (`scene/top_level.rs`).
 //! * Beyond, and for flat placements, the ray is taken to the object in double precision, moved to where it enters the bounds of the mesh, and rounded only there: what is
 //!   lost are roundings of the mesh's own coordinates ([`DoubleInverse`]).
 
