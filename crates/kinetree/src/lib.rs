@@ -42,8 +42,8 @@ pub mod scene;
 pub use geometry::{Aabb, Affine, Precision, Ray};
 pub use query::{Candidate, Coherence, Cull, Hit, Query};
 pub use scene::{
-    EditError, FrameReport, GroupId, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId, MeshReport,
-    MorphTarget, NodeId, Placed, Pose, Positions, Scene, Skin, Snapshot, TopLevelMethod, TopLevelReport,
+    EditError, ForeignHit, FrameReport, GroupId, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId,
+    MeshReport, MorphTarget, NodeId, Placed, Pose, Positions, Scene, Skin, Snapshot, TopLevelMethod, TopLevelReport,
 };
 pub use threads::{Executor, Threads};
 pub use traverse::Work;

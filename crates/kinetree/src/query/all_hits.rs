@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::Hit;
 use super::ask::Gather;
+use crate::traverse::FrameStamp;
 
 /// Keeps all. A triangle that stands in several leaves is met more than once, and reported once.
 pub(crate) struct AllHits {
@@ -21,12 +22,13 @@ impl Gather for AllHits {
     }
 
     /// Near to far; at equal distance by (instance, primitive).
-    fn answer(mut self) -> Vec<Hit> {
+    fn answer(mut self, stamp: FrameStamp) -> Vec<Hit> {
         self.met.sort_unstable_by(|a, b| {
             let ((t, instance, primitive), (u, other_instance, other_primitive)) = (a.key(), b.key());
             t.total_cmp(&u).then((instance, primitive).cmp(&(other_instance, other_primitive)))
         });
         self.met.dedup_by_key(|hit| hit.key());
+        self.met.iter_mut().for_each(|hit| *hit = hit.stamped(stamp));
         self.met
     }
 

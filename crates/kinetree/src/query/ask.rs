@@ -8,7 +8,9 @@ use super::{Cull, Filter, Hit, in_double};
 use crate::geometry::slab::Lean;
 use crate::geometry::{Aabb, Precision, Ray, SafeRay, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
-use crate::traverse::{Carefully, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide};
+use crate::traverse::{
+    Carefully, FrameStamp, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide,
+};
 use crate::wide::{InstanceRecord, WideLink};
 
 /// What a question does with hits.
@@ -22,8 +24,8 @@ pub(crate) trait Gather {
     /// Nothing yet, of a ray that ends there.
     fn within(t_max: f32) -> Self;
 
-    /// What has been gathered.
-    fn answer(self) -> Self::Answer;
+    /// What has been gathered, in the frame of this stamp.
+    fn answer(self, stamp: FrameStamp) -> Self::Answer;
 
     /// Hits beyond this do not matter (any more).
     fn t_max(&self) -> f32;
@@ -76,7 +78,7 @@ impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
         let mut gather = G::within(ray.t_max);
         let visitor = InWorld { world: self.world, ray, rules: self.rules, gather: &mut gather };
         through_world(isa, visitor, self.tally);
-        gather.answer()
+        gather.answer(self.world.stamp)
     }
 }
 

@@ -24,19 +24,19 @@ pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, gathe
 pub(crate) fn closest(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>) -> Option<Hit> {
     let mut closest = Closest::within(ray.t_max);
     look(world, ray, rules, &mut closest);
-    closest.answer()
+    closest.answer(world.stamp)
 }
 
 /// Whether there is any hit.
 pub(crate) fn occluded(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>) -> bool {
     let mut occluded = Occluded::within(ray.t_max);
     look(world, ray, rules, &mut occluded);
-    occluded.answer()
+    occluded.answer(world.stamp)
 }
 
 /// Every hit, near to far.
 pub(crate) fn all_hits(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>) -> Vec<Hit> {
     let mut all = AllHits::within(ray.t_max);
     look(world, ray, rules, &mut all);
-    all.answer()
+    all.answer(world.stamp)
 }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::Hit;
 use super::ask::Gather;
+use crate::traverse::FrameStamp;
 
 /// The nearest hit so far; at equal distance the one with the smaller (instance, primitive).
 pub(crate) struct Closest {
@@ -21,8 +22,8 @@ impl Gather for Closest {
     }
 
     #[inline(always)]
-    fn answer(self) -> Option<Hit> {
-        self.hit
+    fn answer(self, stamp: FrameStamp) -> Option<Hit> {
+        self.hit.map(|hit| hit.stamped(stamp))
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use super::Hit;
 use crate::geometry::TriangleHit;
 use crate::simd::Isa;
-use crate::traverse::{Column, RowHits};
+use crate::traverse::{Column, FrameStamp, RowHits};
 
 /// What a question does with the hits of a packet.
 pub(super) trait GatherRows {
@@ -20,7 +20,8 @@ pub(super) trait GatherRows {
 
     fn take_one(&mut self, ray: usize, hit: &TriangleHit, primitive: u32, instance: u32);
 
-    fn answer(&self, ray: usize) -> Self::Answer;
+    /// That of one ray, in the frame of this stamp.
+    fn answer(&self, ray: usize, stamp: FrameStamp) -> Self::Answer;
 }
 
 /// The nearest hit of each ray so far; at equal distance the one with the smaller (instance, primitive).
@@ -98,11 +99,11 @@ impl GatherRows for Nearest {
     }
 
     #[inline(always)]
-    fn answer(&self, ray: usize) -> Option<Hit> {
+    fn answer(&self, ray: usize, stamp: FrameStamp) -> Option<Hit> {
         let hit =
             TriangleHit { t: self.t.get(ray), u: self.u.get(ray), v: self.v.get(ray), back: self.back >> ray & 1 == 1 };
         let (instance, primitive) = self.numbers(ray);
-        if self.found >> ray & 1 == 1 { Some(Hit::new(&hit, primitive, instance)) } else { None }
+        if self.found >> ray & 1 == 1 { Some(Hit::new(&hit, primitive, instance).stamped(stamp)) } else { None }
     }
 }
 
@@ -142,7 +143,7 @@ impl GatherRows for Any {
     }
 
     #[inline(always)]
-    fn answer(&self, ray: usize) -> bool {
+    fn answer(&self, ray: usize, _: FrameStamp) -> bool {
         self.found >> ray & 1 == 1
     }
 }

@@ -1,7 +1,13 @@
 //! Where a ray met something.
 
+use crate::traverse::FrameStamp;
+
 /// A hit, as plain data. The snapshot that gave it tells the rest: which instance, which mesh, where in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// It carries the stamp of its frame: only snapshots of that frame resolve it, others recognise it
+/// as foreign (see [`Snapshot::try_view`](crate::Snapshot::try_view)). Comparing hits, with `==` or
+/// [`Hit::agrees_with`], leaves the stamp out.
+#[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Hit {
     /// In lengths of the ray's direction.
@@ -15,19 +21,43 @@ pub struct Hit {
     /// Instance records on the way, outermost first.
     path: [u32; 2],
     flags: u32,
+    /// Of the frame.
+    stamp: FrameStamp,
 }
 
-const _: () = assert!(size_of::<Hit>() <= 32);
+// A stamp is never zero, which leaves room for `None`.
+const _: () = assert!(size_of::<Hit>() == 32 && size_of::<Option<Hit>>() == 32);
 
 /// The path ends before.
 const NO_INSTANCE: u32 = u32::MAX;
 const BACK_FACE: u32 = 1;
 
+impl PartialEq for Hit {
+    /// All but the stamp.
+    fn eq(&self, other: &Self) -> bool {
+        let numbers = |hit: &Self| (hit.primitive, hit.path, hit.flags);
+        (self.t, self.u, self.v) == (other.t, other.u, other.v) && numbers(self) == numbers(other)
+    }
+}
+
 impl Hit {
+    /// Without the stamp, which is written once, when the query is answered.
     #[inline(always)]
     pub(crate) fn new(hit: &crate::geometry::TriangleHit, primitive: u32, instance: u32) -> Self {
         let flags = if hit.back { BACK_FACE } else { 0 };
-        Self { t: hit.t, u: hit.u, v: hit.v, primitive, path: [instance, NO_INSTANCE], flags }
+        let (path, stamp) = ([instance, NO_INSTANCE], FrameStamp::UNKNOWN);
+        Self { t: hit.t, u: hit.u, v: hit.v, primitive, path, flags, stamp }
+    }
+
+    #[inline(always)]
+    pub(crate) fn stamped(self, stamp: FrameStamp) -> Self {
+        Self { stamp, ..self }
+    }
+
+    /// The stamp of the frame that it is a hit of.
+    #[inline(always)]
+    pub(crate) fn stamp(&self) -> FrameStamp {
+        self.stamp
     }
 
     /// The ray came from the side from which the vertices run clockwise. A mirrored instance keeps its sides: outside stays outside.

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::Hit;
 use super::ask::Gather;
+use crate::traverse::FrameStamp;
 
 /// Ends at the first hit.
 pub(crate) struct Occluded {
@@ -21,7 +22,7 @@ impl Gather for Occluded {
     }
 
     #[inline(always)]
-    fn answer(self) -> bool {
+    fn answer(self, _: FrameStamp) -> bool {
         self.found
     }
 

@@ -45,7 +45,7 @@ impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G,
             }
         }
         for (at, answer) in self.answers.iter_mut().enumerate() {
-            *answer = visitor.gather.answer(at);
+            *answer = visitor.gather.answer(at, self.world.stamp);
         }
         visitor.alone
     }

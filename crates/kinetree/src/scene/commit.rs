@@ -14,7 +14,7 @@ use crate::clock::Clock;
 use crate::geometry::inverse::Inverse;
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine};
-use crate::traverse::Posed;
+use crate::traverse::{FrameStamp, Posed};
 use crate::wide::InstanceRecord;
 
 /// What a scene keeps from commit to commit.
@@ -37,6 +37,7 @@ impl Scene {
         self.kept.frames.for_each_free(Frame::release_meshes);
         let (mut frame, new_frame) = self.kept.frames.claim();
         self.kept.count += 1;
+        frame.world.stamp = FrameStamp::fresh();
 
         let meshes = self.commit_meshes();
         let mesh_time = clock.elapsed();

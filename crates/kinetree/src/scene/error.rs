@@ -62,6 +62,11 @@ pub enum MeshError {
     },
 }
 
+/// A hit was taken to a frame that it is not of: its numbers mean other things there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("the hit is of another frame; only snapshots of the frame that was traced resolve it")]
+pub struct ForeignHit;
+
 /// Why a scene refused an edit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]

@@ -20,7 +20,7 @@ mod snapshot;
 mod top_level;
 
 pub use edit::Scene;
-pub use error::{EditError, MeshError};
+pub use error::{EditError, ForeignHit, MeshError};
 pub use graph::Placed;
 pub use handle::{GroupId, InstanceId, MeshId, NodeId};
 pub use input::{Indices, Positions};

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::error::ForeignHit;
 use super::frame::{Frame, PlacedInstance};
 use super::handle::{InstanceId, MeshId};
 use super::report::FrameReport;
@@ -89,15 +90,48 @@ impl Snapshot {
     /// Everything about the instance that was hit.
     ///
     /// # Panics
-    /// When the hit is of another snapshot and its instance is not there.
+    /// When the hit is of another frame: neither of this snapshot nor of a clone of it. See
+    /// [`Snapshot::try_view`].
+    #[track_caller]
     pub fn view(&self, hit: &Hit) -> InstanceView<'_> {
-        self.instance_at(hit.instance_index())
+        match self.try_view(hit) {
+            Ok(view) => view,
+            Err(foreign) => panic!("{foreign}"),
+        }
+    }
+
+    /// Everything about the instance that was hit, if the hit is of this frame.
+    ///
+    /// ```
+    /// use kinetree::{Affine, ForeignHit, Mesh, Motion, Ray, Scene};
+    ///
+    /// # fn main() -> Result<(), kinetree::EditError> {
+    /// let mut scene = Scene::new();
+    /// let triangle = Mesh::new(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]])?;
+    /// let mesh = scene.add_mesh(triangle, Motion::Rigid)?;
+    /// let flag = scene.add_instance(scene.root(), mesh, Affine::IDENTITY)?;
+    ///
+    /// let before = scene.commit();
+    /// let hit = before.closest_hit(&Ray::new([0.2, 0.2, 1.0], [0.0, 0.0, -1.0])).unwrap();
+    /// assert_eq!(before.try_view(&hit).map(|view| view.id()), Ok(flag));
+    ///
+    /// let after = scene.commit();
+    /// assert_eq!(after.try_view(&hit).map(|view| view.id()), Err(ForeignHit));
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// The hit is of another frame: neither of this snapshot nor of a clone of it.
+    pub fn try_view(&self, hit: &Hit) -> Result<InstanceView<'_>, ForeignHit> {
+        if hit.stamp() == self.0.world.stamp { Ok(self.instance_at(hit.instance_index())) } else { Err(ForeignHit) }
     }
 
     /// Which instance was hit.
     ///
     /// # Panics
     /// As [`Snapshot::view`].
+    #[track_caller]
     pub fn instance(&self, hit: &Hit) -> InstanceId {
         self.view(hit).id()
     }
@@ -106,6 +140,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::view`].
+    #[track_caller]
     pub fn mesh(&self, hit: &Hit) -> MeshId {
         self.view(hit).mesh_id()
     }
@@ -114,6 +149,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::view`].
+    #[track_caller]
     pub fn user_id(&self, hit: &Hit) -> u32 {
         self.view(hit).user_id()
     }
@@ -121,7 +157,8 @@ impl Snapshot {
     /// Where the triangle was hit, metres, world space. From the triangle, which is more exact than along the ray.
     ///
     /// # Panics
-    /// As [`Snapshot::view`], also when the triangle is not there.
+    /// As [`Snapshot::view`]; also when the number of the triangle was changed to one that is not there.
+    #[track_caller]
     pub fn position(&self, hit: &Hit) -> [f32; 3] {
         let view = self.view(hit);
         view.world_from_object().transform_point(view.posed.triangles.get(hit.primitive).at(hit.u, hit.v))
@@ -132,6 +169,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::position`].
+    #[track_caller]
     pub fn normal(&self, hit: &Hit) -> [f32; 3] {
         let view = self.view(hit);
         let normal = glam::Vec3::from(view.posed.triangles.get(hit.primitive).normal());

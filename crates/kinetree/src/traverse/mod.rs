@@ -15,7 +15,7 @@ pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, lanes_of, octants,
     walk_packet,
 };
-pub use two_level::{Posed, TwoLevel};
+pub use two_level::{FrameStamp, Posed, TwoLevel};
 pub use walk::{Visitor, walk};
 pub(crate) use wide::{WideVisitor, walk_wide};
 pub use work::{Tally, Work};

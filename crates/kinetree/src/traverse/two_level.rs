@@ -1,6 +1,8 @@
 //! What a frame's rays are traced against: a tree over instances, each of which leads to the tree of a mesh.
 
+use std::num::NonZeroU32;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::geometry::inverse::DoubleInverse;
 use crate::geometry::{Precision, Triangles};
@@ -21,6 +23,37 @@ pub struct Posed {
     pub precision: Precision,
 }
 
+/// Tells the frames of a process apart. Hits carry it, so that a hit is recognised when it is taken
+/// to another frame than its own.
+///
+/// The counter has 32 bits and starts again after 2^32 - 2 frames: 828 days at 60 frames a second. A
+/// hit that is kept until exactly its stamp is given out again is not recognised as foreign: it then
+/// resolves to whatever has its numbers in the new frame, or panics if nothing has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct FrameStamp(NonZeroU32);
+
+impl FrameStamp {
+    /// Of hits whose walk is not over; frames never have it.
+    pub(crate) const UNKNOWN: Self = Self(NonZeroU32::MAX);
+
+    /// A stamp that no other frame of the process has had, until the counter starts again.
+    pub(crate) fn fresh() -> Self {
+        static COUNTER: AtomicU32 = AtomicU32::new(1);
+        Self::next_of(&COUNTER)
+    }
+
+    fn next_of(counter: &AtomicU32) -> Self {
+        loop {
+            if let Some(number) = NonZeroU32::new(counter.fetch_add(1, Ordering::Relaxed))
+                && Self(number) != Self::UNKNOWN
+            {
+                return Self(number);
+            }
+        }
+    }
+}
+
 /// A frame, as walks see it.
 #[doc(alias = "TLAS")]
 #[derive(Debug, Clone)]
@@ -35,6 +68,8 @@ pub struct TwoLevel {
     pub(crate) doubles: Vec<(u32, DoubleInverse)>,
     /// What walks are compiled for.
     pub level: Level,
+    /// What hits of this frame carry.
+    pub stamp: FrameStamp,
 }
 
 impl Default for TwoLevel {
@@ -45,6 +80,7 @@ impl Default for TwoLevel {
             meshes: Vec::new(),
             doubles: Vec::new(),
             level: Level::current(),
+            stamp: FrameStamp::UNKNOWN,
         }
     }
 }
@@ -54,5 +90,29 @@ impl TwoLevel {
     pub(crate) fn double(&self, instance: u32) -> Option<&DoubleInverse> {
         let at = self.doubles.binary_search_by_key(&instance, |(number, _)| *number).ok()?;
         Some(&self.doubles[at].1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_that_starts_again_leaves_out_what_no_frame_may_have() {
+        let counter = AtomicU32::new(u32::MAX - 2);
+        let numbers = [0; 4].map(|_| FrameStamp::next_of(&counter).0.get());
+        assert_eq!(numbers, [u32::MAX - 2, u32::MAX - 1, 1, 2]);
+    }
+
+    #[test]
+    fn stamps_given_out_on_many_threads_differ() {
+        let given = || (0..1000).map(|_| FrameStamp::fresh().0.get()).collect::<Vec<_>>();
+        let mut all: Vec<u32> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..4).map(|_| scope.spawn(given)).collect();
+            threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+        });
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), 4000);
     }
 }
