@@ -28,6 +28,7 @@ pub mod threads;
 mod clock;
 mod arena;
 mod digest;
+mod handle;
 
 pub mod geometry;
 pub mod simd;

@@ -92,7 +92,7 @@ impl<'a> Tracer<'a> {
     ///
     /// # Panics
     /// When there are not as many hits as rays.
-    pub fn closest_hits(&mut self, rays: &[Ray], salts: &dyn Fn(usize) -> u32, hits: &mut [Option<Hit>]) {
+    pub fn closest_hits(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync), hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
         self.rays += rays.len() as u64;
         for (run, coherence) in alike::runs(rays) {
@@ -105,7 +105,7 @@ impl<'a> Tracer<'a> {
     ///
     /// # Panics
     /// When there are not as many answers as rays.
-    pub fn occluded_each(&mut self, rays: &[Ray], salts: &dyn Fn(usize) -> u32, answers: &mut [bool]) {
+    pub fn occluded_each(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync), answers: &mut [bool]) {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
         self.rays += rays.len() as u64;
         for (run, coherence) in alike::runs(rays) {
@@ -134,7 +134,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// As [`Tracer::transmitted`], of many rays.
-    pub(crate) fn transmitted_each(&mut self, rays: &[Ray], salts: &dyn Fn(usize) -> u32) -> Vec<Vec3> {
+    pub(crate) fn transmitted_each(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync)) -> Vec<Vec3> {
         let mut dark = vec![false; rays.len()];
         self.occluded_each(rays, salts, &mut dark);
         let mut fractions: Vec<Vec3> =
@@ -171,13 +171,13 @@ impl<'a> Tracer<'a> {
 
 impl Stage<'_> {
     /// A question with the filter, if there is anything with holes.
-    fn query<'b>(&'b self, filter: &'b dyn Fn(&Candidate<'_>) -> bool) -> Query<'b> {
+    fn query<'b>(&'b self, filter: &'b (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Query<'b> {
         let query = self.frame.view.query();
         if self.has_alpha { query.filter(filter) } else { query }
     }
 
     /// As [`Stage::is_there`], for the rays from a number on.
-    fn is_there_in_run(&self, candidate: &Candidate<'_>, start: usize, salts: &dyn Fn(usize) -> u32) -> bool {
+    fn is_there_in_run(&self, candidate: &Candidate<'_>, start: usize, salts: &(dyn Fn(usize) -> u32 + Sync)) -> bool {
         self.is_there(candidate, salts(start + candidate.ray_index() as usize))
     }
 

@@ -148,7 +148,7 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
         let units = link.unit_index()..link.unit_index() + link.unit_count();
         for &instance in &self.world.top.instances()[units] {
             let record = &self.world.instances[instance as usize];
-            if record.mask & self.rules.mask == 0 {
+            if record.mask & self.rules.mask == 0 || !self.rules.filter.sees(instance) {
                 continue;
             }
             tally.instance();

@@ -1,6 +1,8 @@
 //! What a filter is asked about.
 
+use super::without::Without;
 use crate::geometry::TriangleHit;
+use crate::traverse::TwoLevel;
 use crate::wide::InstanceRecord;
 
 /// A hit that counts if the filter says so.
@@ -61,6 +63,15 @@ pub(crate) trait Filter: Copy {
     /// Whether it may ever refuse.
     const ASKS: bool;
 
+    /// Whether the ray sees an instance; else it is not even entered.
+    fn sees(&self, instance: u32) -> bool;
+
+    /// The rays of a packet that see an instance.
+    fn seeing(&self, instance: u32, first_ray: usize, set: u64) -> u64;
+
+    /// Whether it may refuse hits on an instance.
+    fn asks_about(&self, record: &InstanceRecord) -> bool;
+
     /// The same, for a ray of a batch.
     fn for_ray(self, ray: u32) -> Self;
 
@@ -80,22 +91,42 @@ impl Filter for NoFilter {
     }
 
     #[inline(always)]
+    fn sees(&self, _: u32) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn seeing(&self, _: u32, _: usize, set: u64) -> u64 {
+        set
+    }
+
+    #[inline(always)]
+    fn asks_about(&self, _: &InstanceRecord) -> bool {
+        false
+    }
+
+    #[inline(always)]
     fn accepts(&self, _: &TriangleHit, _: u32, _: u32, _: &InstanceRecord) -> bool {
         true
     }
 }
 
-/// The caller decides, except about opaque instances.
+/// A filter as callers hand it over. It may be called on any thread that shares the query.
+pub(super) type DynFilter<'a> = dyn Fn(&Candidate<'_>) -> bool + Sync + 'a;
+
+/// The caller decides: which instances are seen at all, and, except about opaque ones, which hits count.
 #[derive(Clone, Copy)]
 pub(crate) struct AskFilter<'a> {
-    filter: &'a dyn Fn(&Candidate<'_>) -> bool,
+    filter: Option<&'a DynFilter<'a>>,
+    without: Without<'a>,
+    world: &'a TwoLevel,
     ray: u32,
 }
 
 impl<'a> AskFilter<'a> {
     /// For a ray that is alone.
-    pub(crate) fn new(filter: &'a dyn Fn(&Candidate<'_>) -> bool) -> Self {
-        Self { filter, ray: 0 }
+    pub(super) fn new(world: &'a TwoLevel, filter: Option<&'a DynFilter<'a>>, without: Without<'a>) -> Self {
+        Self { filter, without, world, ray: 0 }
     }
 }
 
@@ -107,7 +138,22 @@ impl Filter for AskFilter<'_> {
         Self { ray, ..self }
     }
 
+    fn sees(&self, instance: u32) -> bool {
+        self.without.is_nothing() || self.without.is_seen(self.world, instance, self.ray)
+    }
+
+    fn seeing(&self, instance: u32, first_ray: usize, set: u64) -> u64 {
+        if self.without.is_nothing() { set } else { self.without.seeing(self.world, instance, first_ray, set) }
+    }
+
+    #[inline]
+    fn asks_about(&self, record: &InstanceRecord) -> bool {
+        !record.opaque && self.filter.is_some()
+    }
+
     fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool {
-        record.opaque || (self.filter)(&Candidate { hit: *hit, primitive, instance, ray: self.ray, record })
+        let asked =
+            |filter: &DynFilter<'_>| filter(&Candidate { hit: *hit, primitive, instance, ray: self.ray, record });
+        record.opaque || self.filter.is_none_or(asked)
     }
 }

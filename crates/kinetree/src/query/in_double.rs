@@ -29,7 +29,7 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
     /// `None` when the ray cannot hit anything there.
     pub(crate) fn enter(world: &'a TwoLevel, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
         let record = &world.instances[instance as usize];
-        if record.mask & rules.mask == 0 {
+        if record.mask & rules.mask == 0 || !rules.filter.sees(instance) {
             return None;
         }
         let mesh = &*world.meshes[record.mesh as usize];

@@ -16,6 +16,7 @@ mod options;
 #[doc(hidden)]
 pub mod sort;
 mod together;
+mod without;
 
 pub use candidate::Candidate;
 pub use hit::Hit;

@@ -1,8 +1,11 @@
 //! What belongs to a question besides the ray.
 
 use super::ask::{Gather, Rules, gathered};
+use super::candidate::DynFilter;
+use super::without::Without;
 use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, by_looking};
 use crate::geometry::Ray;
+use crate::handle::Placed;
 use crate::traverse::{Tally, TwoLevel, Work};
 
 /// Which sides of triangles do not count.
@@ -35,12 +38,20 @@ pub struct Query<'a> {
     world: &'a TwoLevel,
     mask: u32,
     cull: Cull,
-    filter: Option<&'a dyn Fn(&Candidate<'_>) -> bool>,
+    filter: Option<&'a DynFilter<'a>>,
+    without: Without<'a>,
 }
+
+// Many threads may ask the same question.
+const _: () = {
+    const fn is_shared<T: Send + Sync>() {}
+    is_shared::<Query<'_>>();
+    is_shared::<ByLooking<'_>>();
+};
 
 impl<'a> Query<'a> {
     pub(crate) fn new(world: &'a TwoLevel) -> Self {
-        Self { world, mask: u32::MAX, cull: Cull::None, filter: None }
+        Self { world, mask: u32::MAX, cull: Cull::None, filter: None, without: Without::default() }
     }
 
     /// Only instances whose mask shares a bit with this one. All, unless told.
@@ -58,8 +69,48 @@ impl<'a> Query<'a> {
     /// Decides about hits on instances that are not opaque: leaves and fences with holes in them. It has to give the same answer whenever
     /// it is asked about the same candidate, because it may be asked more than once, and in any order.
     #[must_use]
-    pub fn filter(self, filter: &'a dyn Fn(&Candidate<'_>) -> bool) -> Self {
+    pub fn filter(self, filter: &'a (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Self {
         Self { filter: Some(filter), ..self }
+    }
+
+    /// Leaves out an instance, or all instances below a node: one's own body, for rays that start
+    /// inside it. Unlike a filter this holds for opaque instances too, and costs nothing for each
+    /// triangle. A handle that is not in this frame, because what it names was removed before or added
+    /// later or is of another scene, leaves out nothing. Of several calls the last one counts.
+    ///
+    /// ```
+    /// use kinetree::{Affine, Mesh, Motion, Ray, Scene};
+    ///
+    /// # fn main() -> Result<(), kinetree::EditError> {
+    /// let mut scene = Scene::new();
+    /// let quad = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    /// let plate = scene.add_mesh(Mesh::new(&quad, &[[0, 1, 2], [0, 2, 3]])?, Motion::Rigid)?;
+    /// let car = scene.add_node(scene.root(), Affine::IDENTITY)?;
+    /// let wheel = scene.add_node(car, Affine::IDENTITY)?;
+    /// scene.add_instance(wheel, plate, Affine::from_translation([0.0, 0.0, 1.0]))?;
+    /// let wall = scene.add_instance(scene.root(), plate, Affine::from_translation([0.0, 0.0, 5.0]))?;
+    ///
+    /// let view = scene.commit();
+    /// let ahead = Ray::new([0.0, 0.3, 0.0], [0.0, 0.0, 1.0]);
+    /// assert_eq!(view.closest_hit(&ahead).map(|hit| hit.t), Some(1.0)); // the car's own wheel
+    /// let hit = view.query().without(car).closest_hit(&ahead).unwrap();
+    /// assert_eq!((hit.t, view.instance(&hit)), (5.0, wall));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn without(self, what: impl Into<Placed>) -> Self {
+        let all_rays = self.world.hierarchy.interval_of(what.into());
+        Self { without: Without { all_rays, ..self.without }, ..self }
+    }
+
+    /// Leaves out something else for each ray of a batch, as [`Query::without`] does for all. Both
+    /// hold where both are given. A ray that is asked about alone is a batch of one.
+    ///
+    /// Queries then panic when there are not as many rays as `each` has entries.
+    #[must_use]
+    pub fn without_each(self, each: &'a [Placed]) -> Self {
+        Self { without: Without { each_ray: Some(each), ..self.without }, ..self }
     }
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
@@ -89,26 +140,22 @@ impl<'a> Query<'a> {
     /// [`Candidate::ray_index`] tells a filter which ray it is asked about.
     ///
     /// # Panics
-    /// When there are not as many hits as rays.
+    /// When there are not as many hits as rays, or as entries of [`Query::without_each`].
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
-        match self.filter {
+        match self.asked(rays.len()) {
             None => batch::closest_hits(self.world, rays, self.rules(NoFilter), hits, coherence),
-            Some(filter) => {
-                batch::closest_hits(self.world, rays, self.rules(AskFilter::new(filter)), hits, coherence);
-            }
+            Some(filter) => batch::closest_hits(self.world, rays, self.rules(filter), hits, coherence),
         }
     }
 
     /// Whether each ray hits anything, on the calling thread.
     ///
     /// # Panics
-    /// When there are not as many answers as rays.
+    /// When there are not as many answers as rays, or as entries of [`Query::without_each`].
     pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-        match self.filter {
+        match self.asked(rays.len()) {
             None => batch::occluded_each(self.world, rays, self.rules(NoFilter), answers, coherence),
-            Some(filter) => {
-                batch::occluded_each(self.world, rays, self.rules(AskFilter::new(filter)), answers, coherence);
-            }
+            Some(filter) => batch::occluded_each(self.world, rays, self.rules(filter), answers, coherence),
         }
     }
 
@@ -132,12 +179,22 @@ impl<'a> Query<'a> {
         Rules { mask: self.mask, cull: self.cull, filter }
     }
 
-    /// The one place where the two kinds of filter part.
+    /// The filter for so many rays, if there is anything to ask it.
+    #[inline(always)]
+    fn asked(&self, rays: usize) -> Option<AskFilter<'a>> {
+        if self.filter.is_none() && self.without.is_nothing() {
+            return None;
+        }
+        let entries = self.without.each_ray.map_or(rays, |each| each.len());
+        assert_eq!(entries, rays, "one entry of `without_each` per ray");
+        Some(AskFilter::new(self.world, self.filter, self.without))
+    }
+
     #[inline(always)]
     fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
-        match self.filter {
+        match self.asked(1) {
             None => gathered::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
-            Some(filter) => gathered::<_, G, T>(self.world, ray, self.rules(AskFilter::new(filter)), tally),
+            Some(filter) => gathered::<_, G, T>(self.world, ray, self.rules(filter), tally),
         }
     }
 }
@@ -150,27 +207,27 @@ impl ByLooking<'_> {
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let ray = ray.sane()?;
-        match self.0.filter {
+        match self.0.asked(1) {
             None => by_looking::closest(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::closest(self.0.world, &ray, self.0.rules(AskFilter::new(filter))),
+            Some(filter) => by_looking::closest(self.0.world, &ray, self.0.rules(filter)),
         }
     }
 
     /// Whether anything is hit.
     pub fn occluded(&self, ray: &Ray) -> bool {
         let Some(ray) = ray.sane() else { return false };
-        match self.0.filter {
+        match self.0.asked(1) {
             None => by_looking::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::occluded(self.0.world, &ray, self.0.rules(AskFilter::new(filter))),
+            Some(filter) => by_looking::occluded(self.0.world, &ray, self.0.rules(filter)),
         }
     }
 
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
         let Some(ray) = ray.sane() else { return Vec::new() };
-        match self.0.filter {
+        match self.0.asked(1) {
             None => by_looking::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::all_hits(self.0.world, &ray, self.0.rules(AskFilter::new(filter))),
+            Some(filter) => by_looking::all_hits(self.0.world, &ray, self.0.rules(filter)),
         }
     }
 }

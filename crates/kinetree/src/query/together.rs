@@ -77,6 +77,10 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
             if record.mask & self.rules.mask == 0 {
                 continue;
             }
+            let set = self.rules.filter.seeing(instance, self.first, set);
+            if F::ASKS && set == 0 {
+                continue;
+            }
             if record.in_double {
                 self.alone |= set;
                 continue;
@@ -254,7 +258,7 @@ impl<F: Filter> Counts<'_, F> {
             Cull::Back => hits.lanes & !hits.back,
             Cull::Front => hits.lanes & hits.back,
         };
-        if !F::ASKS || self.record.opaque || lanes == 0 {
+        if !F::ASKS || !self.rules.filter.asks_about(self.record) || lanes == 0 {
             return lanes;
         }
         let [u, v] = hits.weights(isa);

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::below::KeptHierarchy;
 use super::edit::Scene;
 use super::frame::{Frame, PlacedInstance};
-use super::handle::MeshId;
 use super::living_mesh::LivingMesh;
 use super::report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
 use super::ring::Ring;
@@ -14,6 +14,7 @@ use crate::clock::Clock;
 use crate::geometry::inverse::Inverse;
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine};
+use crate::handle::MeshId;
 use crate::traverse::{FrameStamp, Posed};
 use crate::wide::InstanceRecord;
 
@@ -21,6 +22,7 @@ use crate::wide::InstanceRecord;
 #[derive(Debug, Default)]
 pub(crate) struct Kept {
     frames: Ring<Frame>,
+    hierarchy: KeptHierarchy,
     count: u64,
     /// Stands in for a mesh that was removed.
     nothing: Arc<Posed>,
@@ -83,6 +85,9 @@ impl Scene {
         frame.boxes.clear();
         frame.world.instances.clear();
         frame.world.doubles.clear();
+        frame.world.numbers.clear();
+        let hierarchy = self.kept.hierarchy.updated(&self.nodes, &self.instances);
+        frame.world.hierarchy = hierarchy.clone();
         frame.world.meshes.clear();
         frame.world.meshes.resize(self.meshes.end(), self.kept.nothing.clone());
         for (slot, mesh) in self.meshes.iter() {
@@ -135,6 +140,7 @@ impl Scene {
                 in_double: matches!(inverse, Inverse::Double(_)),
             });
             frame.boxes.push(bounds);
+            frame.world.numbers.push(frame.world.hierarchy.number_of(handle.slot));
             frame.placed.push(PlacedInstance {
                 id: handle.into(),
                 mesh: instance.mesh.into(),
@@ -164,6 +170,8 @@ impl Frame {
     fn memory(&self) -> usize {
         self.world.top.memory()
             + self.world.instances.capacity() * size_of::<InstanceRecord>()
+            + self.world.hierarchy.memory()
+            + self.world.numbers.capacity() * size_of::<u32>()
             + self.placed.capacity() * size_of::<PlacedInstance>()
             + self.boxes.capacity() * size_of::<Aabb>()
     }

@@ -1,14 +1,14 @@
 //! Edits: recorded, checked at once, and carried out by the next commit.
 
 use super::commit::Kept;
-use super::graph::{Instance, Node, Placed, Placement, resolve};
-use super::handle::{GroupId, InstanceId, MeshId, NodeId};
+use super::graph::{Instance, Node, Placement, resolve};
 use super::input::check_finite;
 use super::living_mesh::LivingMesh;
 use super::pose::{KeptPose, Pose};
 use super::slots::{Slots, fresh_scene_number};
 use super::{EditError, Indices, Mesh, Positions};
 use crate::geometry::Affine;
+use crate::handle::{GroupId, InstanceId, MeshId, NodeId, Placed};
 use crate::threads::Threads;
 use crate::update::Motion;
 

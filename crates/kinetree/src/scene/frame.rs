@@ -1,8 +1,8 @@
 //! Everything that belongs to one frame.
 
-use super::handle::{InstanceId, MeshId};
 use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine};
+use crate::handle::{InstanceId, MeshId};
 use crate::traverse::TwoLevel;
 use crate::update::Motion;
 

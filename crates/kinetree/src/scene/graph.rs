@@ -1,30 +1,9 @@
 //! The hierarchy: nodes within nodes, and the instances that hang on them.
 
-use super::handle::{Handle, InstanceId, NodeId};
 use super::slots::Slots;
 use crate::geometry::Affine;
 use crate::geometry::inverse::Inverse;
-
-/// What can be placed, masked and numbered: a node (in its parent) or an instance (in its node).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Placed {
-    /// A node.
-    Node(NodeId),
-    /// An instance.
-    Instance(InstanceId),
-}
-
-impl From<NodeId> for Placed {
-    fn from(id: NodeId) -> Self {
-        Self::Node(id)
-    }
-}
-
-impl From<InstanceId> for Placed {
-    fn from(id: InstanceId) -> Self {
-        Self::Instance(id)
-    }
-}
+use crate::handle::Handle;
 
 /// What nodes and instances have in common.
 #[derive(Debug, Clone, Copy)]

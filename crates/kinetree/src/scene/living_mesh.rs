@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::Mesh;
 use super::error::EditError;
-use super::handle::MeshId;
 use super::input::{Positions, all_finite};
 use super::mesh::MeshData;
 use super::pose::KeptPose;
@@ -13,6 +12,7 @@ use super::ring::Ring;
 use crate::build::{self, BuildOptions, Quality};
 use crate::clock::Clock;
 use crate::geometry::Triangles;
+use crate::handle::MeshId;
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::traverse::Posed;

@@ -3,12 +3,12 @@
 //! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `living_mesh` for one mesh and
 //! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`ring`).
 
+mod below;
 mod commit;
 mod edit;
 mod error;
 mod frame;
 mod graph;
-mod handle;
 mod input;
 mod living_mesh;
 mod mesh;
@@ -19,10 +19,9 @@ mod slots;
 mod snapshot;
 mod top_level;
 
+pub use crate::handle::{GroupId, InstanceId, MeshId, NodeId, Placed};
 pub use edit::Scene;
 pub use error::{EditError, ForeignHit, MeshError};
-pub use graph::Placed;
-pub use handle::{GroupId, InstanceId, MeshId, NodeId};
 pub use input::{Indices, Positions};
 pub use mesh::Mesh;
 pub use pose::{MorphTarget, Pose, Skin};

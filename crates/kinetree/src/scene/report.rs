@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::handle::{InstanceId, MeshId};
+use crate::handle::{InstanceId, MeshId};
 use crate::update::{Action, Reason};
 
 /// What a commit did. Durations are `None` where there is no clock.

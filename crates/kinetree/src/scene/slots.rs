@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::EditError;
-use super::handle::Handle;
+use crate::handle::Handle;
 
 /// A number that no other scene of the process has.
 pub(crate) fn fresh_scene_number() -> u32 {
@@ -17,6 +17,7 @@ pub(crate) struct Slots<T> {
     scene: u32,
     slots: Vec<Slot<T>>,
     free: Vec<u32>,
+    changes: u64,
 }
 
 #[derive(Debug)]
@@ -27,7 +28,7 @@ struct Slot<T> {
 
 impl<T> Slots<T> {
     pub(crate) fn new(scene: u32) -> Self {
-        Self { scene, slots: Vec::new(), free: Vec::new() }
+        Self { scene, slots: Vec::new(), free: Vec::new(), changes: 0 }
     }
 
     pub(crate) fn insert(&mut self, value: T) -> Result<Handle, EditError> {
@@ -42,6 +43,7 @@ impl<T> Slots<T> {
         };
         let place = &mut self.slots[slot as usize];
         place.value = Some(value);
+        self.changes += 1;
         Ok(Handle { slot, generation: place.generation, scene: self.scene })
     }
 
@@ -69,12 +71,18 @@ impl<T> Slots<T> {
     pub(crate) fn remove_at(&mut self, slot: u32) -> Option<T> {
         let place = self.slots.get_mut(slot as usize)?;
         let value = place.value.take()?;
+        self.changes += 1;
         // A slot whose generations are used up stays empty for good.
         if let Some(next) = place.generation.checked_add(1) {
             place.generation = next;
             self.free.push(slot);
         }
         Some(value)
+    }
+
+    /// How often a value has come or gone.
+    pub(crate) fn changes(&self) -> u64 {
+        self.changes
     }
 
     pub(crate) fn at(&self, slot: u32) -> Option<&T> {

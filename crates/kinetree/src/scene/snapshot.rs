@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::error::ForeignHit;
 use super::frame::{Frame, PlacedInstance};
-use super::handle::{InstanceId, MeshId};
 use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine, Ray};
+use crate::handle::{InstanceId, MeshId};
 use crate::query::{Coherence, Hit, Query};
 use crate::simd::Level;
 use crate::traverse::{Posed, TwoLevel};

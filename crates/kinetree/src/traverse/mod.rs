@@ -2,6 +2,7 @@
 
 mod block;
 mod choose;
+mod hierarchy;
 mod lanes;
 mod packet;
 mod two_level;
@@ -10,6 +11,8 @@ mod wide;
 mod work;
 
 pub(crate) use block::ShearedLanes;
+pub use hierarchy::Hierarchy;
+pub(crate) use hierarchy::Interval as InstanceInterval;
 pub(crate) use lanes::{Boxes, Carefully, RayLanes, RayQuads};
 pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, lanes_of, octants,

@@ -4,6 +4,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::Hierarchy;
 use crate::geometry::inverse::DoubleInverse;
 use crate::geometry::{Precision, Triangles};
 use crate::simd::Level;
@@ -70,6 +71,10 @@ pub struct TwoLevel {
     pub level: Level,
     /// What hits of this frame carry.
     pub stamp: FrameStamp,
+    /// Which instances are below which node.
+    pub hierarchy: Arc<Hierarchy>,
+    /// The numbers of the instances in the hierarchy, one per instance record.
+    pub numbers: Vec<u32>,
 }
 
 impl Default for TwoLevel {
@@ -81,6 +86,8 @@ impl Default for TwoLevel {
             doubles: Vec::new(),
             level: Level::current(),
             stamp: FrameStamp::UNKNOWN,
+            hierarchy: Arc::default(),
+            numbers: Vec::new(),
         }
     }
 }

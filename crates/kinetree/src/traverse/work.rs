@@ -5,7 +5,7 @@ use std::ops::AddAssign;
 
 /// Is told what a walk does. `()` does not care, and costs nothing.
 pub trait Tally {
-    /// A box was entered.
+    /// A node was visited: in an eight-way tree one that is no leaf.
     fn node(&mut self) {}
     /// A leaf was reached.
     fn leaf(&mut self) {}
@@ -25,9 +25,9 @@ impl Tally for () {}
 /// How much work queries did: the measure of a tree that no noisy clock disturbs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Nodes whose box was entered, leaves included.
+    /// Nodes visited: of eight-way trees without their leaves, of binary trees with them.
     pub nodes: u64,
-    /// Leaves reached.
+    /// Leaves reached, those of the tree over the instances included.
     pub leaves: u64,
     /// Blocks of triangles tested.
     pub blocks: u64,

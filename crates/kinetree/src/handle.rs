@@ -32,3 +32,24 @@ handles! {
     /// A group of a scene.
     GroupId
 }
+
+/// What can be placed, masked, numbered and excluded: a node (in its parent) or an instance (in its node).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Placed {
+    /// A node.
+    Node(NodeId),
+    /// An instance.
+    Instance(InstanceId),
+}
+
+impl From<NodeId> for Placed {
+    fn from(id: NodeId) -> Self {
+        Self::Node(id)
+    }
+}
+
+impl From<InstanceId> for Placed {
+    fn from(id: InstanceId) -> Self {
+        Self::Instance(id)
+    }
+}
