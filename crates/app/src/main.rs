@@ -28,6 +28,7 @@ mod trees;
 use std::process::ExitCode;
 
 use clap::Parser;
+use kinetree::simd::Level;
 
 use crate::args::{Args, Command, RenderArgs};
 use crate::failure::Failure;
@@ -56,6 +57,7 @@ fn use_threads(asked_for: u32, quiet: bool) -> Result<(), Failure> {
 }
 
 fn run(args: &Args) -> Result<(), Failure> {
+    Level::from_environment().map_err(|error| Failure::arguments(error.to_string()))?;
     if let Some(count) = args.common.threads {
         use_threads(count, args.common.quiet)?;
     }

@@ -1,6 +1,7 @@
 //! What there is to say about trees, and about commits that keep them.
 
-use kinetree::wide::{WideTree, WideViolation};
+use kinetree::tree::Violation;
+use kinetree::wide::WideTree;
 use kinetree::{Action, FrameReport, Motion, WideMesh, WideTop};
 use serde::Serialize;
 
@@ -43,7 +44,7 @@ impl TreeFigures {
         Self::new(top.tree(), top.memory(), top.validate())
     }
 
-    fn new(tree: &WideTree, bytes: usize, validated: Result<(), WideViolation>) -> Self {
+    fn new(tree: &WideTree, bytes: usize, validated: Result<(), Violation>) -> Self {
         let violation = validated.err().map(|violation| violation.to_string());
         Self {
             nodes: tree.node_count(),

@@ -29,8 +29,6 @@ handles! {
     NodeId
     /// An instance of a mesh in a scene.
     InstanceId
-    /// A group of a scene.
-    GroupId
 }
 
 /// What can be placed, masked, numbered and excluded: a node (in its parent) or an instance (in its node).

@@ -21,6 +21,19 @@
 //! # }
 //! ```
 //!
+//! # Debug builds
+//!
+//! Without optimisation rays take 25 to 75 times as long. Cargo builds dependencies as it builds
+//! the game, unless told otherwise: these lines in the game's `Cargo.toml` optimise the library and
+//! leave the game's own code as it is.
+//!
+//! ```toml
+//! [profile.dev.package.kinetree]
+//! opt-level = 3
+//! ```
+//!
+//! # Map
+//!
 //! The modules stand in the order of their layers; each uses what stands before it only.
 
 mod watch;
@@ -43,8 +56,8 @@ pub mod scene;
 pub use geometry::{Aabb, Affine, Precision, Ray};
 pub use query::{Candidate, Coherence, Cull, Hit, Query};
 pub use scene::{
-    EditError, ForeignHit, FrameReport, GroupId, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId,
-    MeshReport, MorphTarget, NodeId, Placed, Pose, Positions, Scene, Skin, Snapshot, TopLevelMethod, TopLevelReport,
+    EditError, ForeignHit, FrameReport, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId, MeshReport,
+    MeshView, MorphTarget, NodeId, Placed, Pose, Positions, Scene, Skin, Snapshot, TopLevelMethod, TopLevelReport,
 };
 pub use threads::{Executor, Threads};
 pub use traverse::Work;

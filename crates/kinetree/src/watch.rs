@@ -43,7 +43,8 @@ impl Watch {
         f32::from_bits(self.0.share.load(Ordering::Relaxed))
     }
 
-    /// Calls the build off. It ends within milliseconds for each million triangles, with [`Cancelled`], unless it has just ended by itself.
+    /// Calls the build off. It ends soon, with [`Cancelled`], unless it has just ended by itself:
+    /// each thread finishes what it has in hand, and progress hardly moves any more.
     pub fn cancel(&self) {
         self.0.is_cancelled.store(true, Ordering::Relaxed);
     }
@@ -54,9 +55,13 @@ impl Watch {
         self.0.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// Another stage begins, of so many units, when the last one has ended; it is taken to need `share` of what is left. Stages follow each other: whoever begins
-    /// one is the only one at work.
+    /// Another stage begins, of so many units, when the last one has ended; it is taken to need
+    /// `share` of what is left. Stages follow each other: whoever begins one is the only one at
+    /// work. None begins once the build has been called off.
     pub(crate) fn stage(&self, share: f32, units: usize) {
+        if self.is_cancelled() {
+            return;
+        }
         let state = &*self.0;
         let start = f32::from_bits(state.end.load(Ordering::Relaxed));
         self.show(start);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{Backwards, QUALITIES, Random, rays, rebuilt, worlds};
 use kinetree::build::{BuildOptions, Quality, triangles};
 use kinetree::geometry::Triangles;
-use kinetree::{Aabb, Affine, Hit, Mesh, Motion, Ray, Scene, Snapshot, Threads};
+use kinetree::{Aabb, Affine, Hit, Mesh, Motion, Ray, Scene, Snapshot, Threads, WideMesh, Work};
 
 fn diagonals(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut random = Random::new(seed);
@@ -107,6 +107,18 @@ fn long_diagonals_are_cut_and_rays_meet_far_fewer_of_them() {
     assert!(!whole.has_duplicates() && split.has_duplicates());
     assert!(split.primitives().len() <= 6 * geometry.len());
     assert!(split.cost(1.0, 1.0) < 0.5 * whole.cost(1.0, 1.0));
+    // Counted, not only expected: the same rays, in both trees.
+    let [of_whole, of_split] = [Quality::Fast, Quality::Best].map(|quality| {
+        let view = view_of(geometry.positions(), geometry.indices(), quality);
+        let (mut random, mut work) = (Random::new(42), Work::default());
+        for _ in 0..5000 {
+            let ray = Ray::new(random.point(2.0), random.direction());
+            view.query().closest_hit_counted(&ray, &mut work);
+        }
+        work
+    });
+    println!("whole: {of_whole}; split: {of_split}");
+    assert!(2 * of_split.triangles < of_whole.triangles && 2 * of_split.nodes < of_whole.nodes);
     // Well-shaped triangles need no more than the usual budget.
     let mesh = common::sphere(80, 120);
     let geometry = Triangles::new(mesh.positions().to_vec(), mesh.triangles().into()).unwrap();
@@ -257,4 +269,29 @@ fn the_quality_of_a_mesh_overrides_that_of_its_motion() {
     let indices: Vec<[u32; 3]> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let blocks = |quality| view_of(&positions, &indices, quality).instance_at(0).bvh().blocks().len();
     assert!(blocks(Quality::Best) > blocks(Quality::Fast) * 3 / 2);
+}
+
+#[test]
+fn every_motion_builds_with_the_quality_that_its_table_says() {
+    let geometry = soup(3000, 95);
+    let nodes_of = |quality| {
+        let mut options = BuildOptions::default();
+        options.quality = quality;
+        WideMesh::new(&triangles(&geometry, &options), &geometry).tree().nodes().to_vec()
+    };
+    let table = [
+        (Motion::Static, Quality::Balanced),
+        (Motion::Rigid, Quality::Fast),
+        (Motion::Deforming, Quality::Fast),
+        (Motion::Rebuilt, Quality::Fastest),
+    ];
+    for (motion, quality) in table {
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(Mesh::new(geometry.positions(), geometry.indices()).unwrap(), motion).unwrap();
+        scene.add_instance(scene.root(), mesh, Affine::IDENTITY).unwrap();
+        let nodes = scene.commit().instance_at(0).bvh().tree().nodes().to_vec();
+        for other in QUALITIES {
+            assert_eq!(nodes == nodes_of(other), other == quality, "{motion:?}, {other:?}");
+        }
+    }
 }

@@ -3,6 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[path = "common/paths.rs"]
+mod paths;
+
+use paths::{homes_of_exports, names_from_root, tokens, without_tests};
+
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -16,46 +21,100 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// What comes before the tests of a file, which may use everything.
-fn without_tests(text: &str) -> &str {
-    text.split("#[cfg(test)]\nmod tests {").next().unwrap_or(text)
+fn source_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// The modules that a file lies in: `wide/refit/mod.rs` is `["wide", "refit"]`, and `wide/mesh.rs`
+/// is `["wide", "mesh"]`.
+fn module_of(file: &Path) -> Vec<String> {
+    let inside = file.strip_prefix(source_folder()).unwrap().with_extension("");
+    let mut names: Vec<String> = inside.iter().map(|name| name.to_str().unwrap().to_owned()).collect();
+    if names.last().is_some_and(|name| name == "mod") {
+        names.pop();
+    }
+    names
 }
 
 #[test]
 fn modules_use_only_what_stands_before_them() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let library = fs::read_to_string(source.join("lib.rs")).unwrap();
-    let layers: Vec<&str> = library
-        .lines()
-        .filter_map(|line| line.strip_prefix("pub mod ").or(line.strip_prefix("mod ")))
-        .map(|name| name.trim_end_matches(';'))
-        .collect();
+    let library = fs::read_to_string(source_folder().join("lib.rs")).unwrap();
+    let library = tokens(&library);
+    let layers: Vec<&str> =
+        library.windows(3).filter(|three| three[0] == "mod" && three[2] == ";").map(|three| three[1]).collect();
+    let homes = homes_of_exports(&library);
     for known in ["geometry", "tree", "build", "update", "traverse", "query", "scene"] {
         assert!(layers.contains(&known), "`{known}` is a module of lib.rs");
     }
-    let mut checked = 0;
-    for file in sources(&source) {
-        let inside = file.strip_prefix(&source).unwrap().components().next().unwrap();
-        let layer = inside.as_os_str().to_str().unwrap().trim_end_matches(".rs");
-        let Some(height) = layers.iter().position(|name| *name == layer) else { continue };
-        let is_test = file.file_stem().is_some_and(|stem| stem == "tests");
-        let text = fs::read_to_string(&file).unwrap();
-        for above in layers[height + 1..].iter().filter(|_| !is_test) {
-            let uses = without_tests(&text).contains(&format!("crate::{above}"));
-            assert!(!uses, "{} uses `{above}`, which stands after `{layer}`", file.display());
+    assert_eq!((homes.get("Mesh"), homes.get("Ray")), (Some(&"scene"), Some(&"geometry")));
+
+    let files: Vec<(PathBuf, String)> =
+        sources(&source_folder()).into_iter().map(|file| (file.clone(), fs::read_to_string(file).unwrap())).collect();
+    // Modules in files of their own that only tests have.
+    let of_tests: Vec<Vec<String>> = files
+        .iter()
+        .flat_map(|(file, text)| {
+            let modules = without_tests(&tokens(text)).1.into_iter().map(str::to_owned);
+            modules.map(|name| [module_of(file), vec![name]].concat()).collect::<Vec<_>>()
+        })
+        .collect();
+    let (mut checked, mut uses) = (0, 0);
+    for (file, text) in &files {
+        let module = module_of(file);
+        let Some(height) = layers.iter().position(|name| *name == module[0]) else { continue };
+        if of_tests.contains(&module) {
+            continue;
+        }
+        let (code, _) = without_tests(&tokens(text));
+        for name in names_from_root(&code, module.len()) {
+            let home = homes.get(name).copied().unwrap_or(name);
+            let used = layers.iter().position(|layer| *layer == home);
+            let used = used.unwrap_or_else(|| panic!("{}: what is `crate::{name}`?", file.display()));
+            assert!(used <= height, "{} uses `{home}`, which stands after `{}`", file.display(), module[0]);
+            uses += 1;
         }
         checked += 1;
     }
-    assert!(checked > 30, "only {checked} files were looked at");
+    assert!(checked > 100 && uses > 200, "only {checked} files and {uses} paths were looked at");
+}
+
+#[test]
+fn paths_are_seen_however_they_are_written() {
+    let cases: [(&str, usize, &[&str]); 9] = [
+        ("use crate::scene::Mesh;", 2, &["scene"]),
+        ("use crate::{geometry::{Aabb, Ray}, scene, wide::*};", 2, &["geometry", "scene", "wide"]),
+        ("fn f(x: &crate :: scene::Mesh) { crate\n::query::f() }", 1, &["scene", "query"]),
+        ("use super::scene::Mesh; use super::super::query;", 1, &["scene"]),
+        ("use super::scene::Mesh; use super::super::query;", 2, &["query"]),
+        ("use super::{super::{scene, tree::Bvh}, here};", 2, &["scene", "tree"]),
+        ("pub(crate) fn f() {} pub(super) struct S;", 1, &[]),
+        (
+            "/// As [`crate::scene`].\n// use crate::query;\n/* /* crate::wide */ */ const S: &str = \"crate::scene\";",
+            1,
+            &[],
+        ),
+        (
+            "const C: [char; 2] = ['\"', '\\'']; fn f<'a>(x: &'a str) { r#\"\" crate::x \"#; crate::scene::g(x) }",
+            1,
+            &["scene"],
+        ),
+    ];
+    for (text, depth, expected) in cases {
+        assert_eq!(names_from_root(&tokens(text), depth), expected, "{text}");
+    }
+    let text = "use crate::tree; #[cfg(test)] mod by_hand; #[cfg(test)] mod tests { use crate::scene; fn f() {} } use crate::wide;";
+    let all = tokens(text);
+    let (code, modules) = without_tests(&all);
+    assert_eq!((names_from_root(&code, 1), modules), (vec!["tree", "wide"], vec!["by_hand"]));
 }
 
 #[test]
 fn one_file_names_the_thread_pool_and_one_the_clock() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    for (word, home) in [("rayon::", "threads.rs"), ("time::Instant", "clock.rs")] {
-        for file in sources(&source) {
-            let named = fs::read_to_string(&file).unwrap().contains(word);
-            assert_eq!(named, file.ends_with(home), "`{word}` in {}", file.display());
+    for (words, home) in [(&["rayon"][..], "threads.rs"), (&["Instant", "SystemTime"][..], "clock.rs")] {
+        for file in sources(&source_folder()) {
+            let text = fs::read_to_string(&file).unwrap();
+            let named = tokens(&text).iter().any(|token| words.contains(token));
+            assert_eq!(named, file.ends_with(home), "{words:?} in {}", file.display());
         }
     }
 }

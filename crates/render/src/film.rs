@@ -1,11 +1,21 @@
 //! The picture in linear light.
 
+use std::fmt;
+
 /// A picture of linear RGB, row by row from the top.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Film {
     width: u32,
     height: u32,
     pixels: Vec<[f32; 3]>,
+}
+
+/// In short: how large it is, without its pixels.
+impl fmt::Debug for Film {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (width, height) = (self.width, self.height);
+        f.debug_struct("Film").field("width", &width).field("height", &height).finish_non_exhaustive()
+    }
 }
 
 impl Film {

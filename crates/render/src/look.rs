@@ -4,6 +4,8 @@
 //! `user_id` is an index into [`Look::surfaces`], and a surface says for every triangle of the mesh
 //! which material it has. Meshes of the same look may move as they like.
 
+use std::fmt;
+
 use crate::texture::Texture;
 
 /// Everything that shading needs and that does not change from frame to frame.
@@ -20,7 +22,7 @@ pub struct Look {
 }
 
 /// How the triangles and vertices of one mesh are dressed.
-#[derive(Debug, Default, Clone)]
+#[derive(Default, Clone)]
 pub struct Surface {
     /// Runs of triangles with the same material, by ascending `first_triangle`; the first starts at 0.
     /// Without a part, all triangles are white and diffuse.
@@ -29,6 +31,17 @@ pub struct Surface {
     pub uvs: Vec<[f32; 2]>,
     /// Linear RGBA that multiplies the base colour, one per vertex, or empty.
     pub colors: Vec<[f32; 4]>,
+}
+
+/// In short: how much there is of it.
+impl fmt::Debug for Surface {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Surface")
+            .field("parts", &self.parts.len())
+            .field("uvs", &self.uvs.len())
+            .field("colors", &self.colors.len())
+            .finish_non_exhaustive()
+    }
 }
 
 /// A run of triangles of a mesh that share a material.

@@ -1,5 +1,6 @@
 //! Images on surfaces: eight-bit texels, filtered bilinearly.
 
+use std::fmt;
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec4};
@@ -8,7 +9,7 @@ use crate::TextureRef;
 use crate::color::linear_from_srgb;
 
 /// An image with what is needed to look it up.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Texture {
     /// Texels in a row.
     pub width: u32,
@@ -22,6 +23,19 @@ pub struct Texture {
     pub wrap: [Wrap; 2],
     /// Whether neighbouring texels are blended.
     pub filter: Filter,
+}
+
+/// In short: how large it is, without its texels.
+impl fmt::Debug for Texture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Texture")
+            .field("width", &self.width)
+            .field("height", &self.height)
+            .field("srgb", &self.srgb)
+            .field("wrap", &self.wrap)
+            .field("filter", &self.filter)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What lies beyond an image's edge.

@@ -4,7 +4,7 @@ mod text;
 
 use std::collections::HashMap;
 
-use kinetree::{MeshId, Motion, Snapshot};
+use kinetree::{MeshId, MeshView, Motion, Scene, Snapshot};
 use kinetree_gltf::ClipInfo;
 use kinetree_render::Frame;
 use serde::Serialize;
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
     }
     let frame = opened.frame(args.time)?;
     let duration = opened.world.motion.duration();
-    let meshes = meshes(&frame.view);
+    let meshes = meshes(&frame.view, &opened.world.scene);
     let inspection = Inspection {
         scene: SceneFigures::of(&opened.name, duration, &frame, opened.has_default_lighting, &opened.notes),
         time_s: args.time,
@@ -85,7 +85,7 @@ impl ClipFigures {
     }
 }
 
-/// Meshes that move in the same manner. A mesh that is not in the frame is counted nowhere.
+/// Meshes that move in the same manner, whether or not an instance shows them.
 #[derive(Debug, Serialize)]
 struct MotionFigures {
     motion: &'static str,
@@ -106,11 +106,10 @@ struct MeshFigures {
     action: String,
     reason: String,
     drift: f32,
-    /// Missing when no instance of it is in the frame: there is no way to its tree then.
-    seen: Option<SeenMesh>,
+    seen: SeenMesh,
 }
 
-/// What is known of a mesh that is in the frame.
+/// What a mesh consists of in this frame, whether or not an instance shows it.
 #[derive(Debug, Serialize)]
 struct SeenMesh {
     motion: &'static str,
@@ -124,41 +123,42 @@ struct SeenMesh {
 
 impl MeshFigures {
     fn bytes(&self) -> usize {
-        self.seen.as_ref().map_or(0, |seen| seen.geometry_bytes + seen.tree.bytes)
+        self.seen.geometry_bytes + self.seen.tree.bytes
     }
 }
 
-fn meshes(view: &Snapshot) -> Vec<MeshFigures> {
+/// All meshes of the scene that a frame was made of.
+fn meshes(view: &Snapshot, scene: &Scene) -> Vec<MeshFigures> {
     // Looked up only, never gone through: its order is not always the same.
-    let mut of_mesh: HashMap<MeshId, (u32, usize)> = HashMap::new();
+    let mut instances: HashMap<MeshId, usize> = HashMap::new();
     for instance in view.instances() {
-        of_mesh.entry(instance.mesh_id()).or_insert((instance.index(), 0)).1 += 1;
+        *instances.entry(instance.mesh_id()).or_insert(0) += 1;
     }
-    let figures = |(number, report): (usize, &kinetree::MeshReport)| {
-        let shown = of_mesh.get(&report.mesh);
+    let reports = view.report().meshes.iter();
+    let figures = |(number, ((mesh, report), (_, _, motion)))| {
+        let (mesh, report): (MeshView<'_>, &kinetree::MeshReport) = (mesh, report);
         MeshFigures {
             number,
             triangles: report.triangles,
-            instances: shown.map_or(0, |&(_, instances)| instances),
+            instances: instances.get(&mesh.id()).copied().unwrap_or(0),
             action: report.action.to_string(),
             reason: report.reason.to_string(),
             drift: report.drift,
-            seen: shown.map(|&(first, _)| seen(&view.instance_at(first))),
+            seen: seen(&mesh, motion),
         }
     };
-    view.report().meshes.iter().enumerate().map(figures).collect()
+    view.meshes().zip(reports).zip(scene.meshes()).enumerate().map(figures).collect()
 }
 
-fn seen(instance: &kinetree::InstanceView<'_>) -> SeenMesh {
-    let kind = instance.motion();
+fn seen(mesh: &MeshView<'_>, kind: Motion) -> SeenMesh {
     SeenMesh {
         motion: name_of(kind),
         kind,
-        vertices: instance.positions().len(),
-        geometry_bytes: size_of_val(instance.positions())
-            + size_of_val(instance.normals().unwrap_or_default())
-            + size_of_val(instance.triangles()),
-        tree: TreeFigures::of_mesh(instance.bvh()),
+        vertices: mesh.positions().len(),
+        geometry_bytes: size_of_val(mesh.positions())
+            + size_of_val(mesh.normals().unwrap_or_default())
+            + size_of_val(mesh.triangles()),
+        tree: TreeFigures::of_mesh(mesh.bvh()),
     }
 }
 
@@ -172,7 +172,7 @@ impl LookFigures {
 impl MotionFigures {
     fn of(meshes: &[MeshFigures], kind: Motion, motion: &'static str) -> Self {
         let mut figures = Self { motion, meshes: 0, triangles: 0, instances: 0, instanced_triangles: 0 };
-        for mesh in meshes.iter().filter(|mesh| mesh.seen.as_ref().is_some_and(|seen| seen.kind == kind)) {
+        for mesh in meshes.iter().filter(|mesh| mesh.seen.kind == kind) {
             figures.meshes += 1;
             figures.triangles += mesh.triangles as u64;
             figures.instances += mesh.instances;
@@ -187,7 +187,7 @@ impl Inspection {
     fn verdict(&self) -> Result<(), Failure> {
         let top_level = self.top_level.violation.iter().map(|violation| format!("top level: {violation}"));
         let of_mesh = |mesh: &MeshFigures| {
-            let violation = mesh.seen.as_ref()?.tree.violation.as_ref()?;
+            let violation = mesh.seen.tree.violation.as_ref()?;
             Some(format!("mesh {}: {violation}", mesh.number))
         };
         let broken: Vec<String> = top_level.chain(self.meshes.iter().filter_map(of_mesh)).collect();

@@ -122,18 +122,9 @@ impl Inspection {
         for mesh in by_size.into_iter().take(shown) {
             let name = format!("mesh {}", mesh.number);
             let [triangles, instances] = [mesh.triangles, mesh.instances].map(|number| count(number as u64));
-            match &mesh.seen {
-                Some(seen) => {
-                    let (size, drift) = (bytes(mesh.bytes() as u64), format!("{:.2}", mesh.drift));
-                    let name = [name, seen.motion.to_owned(), triangles, instances, size, drift];
-                    table.row(name.into_iter().chain(tree_cells(&seen.tree)));
-                }
-                None => {
-                    let dashes = (0..COLUMNS.len() - 5).map(|_| dash());
-                    let name = [name, dash(), triangles, instances];
-                    table.row(name.into_iter().chain(dashes).chain(["not in the frame".to_owned()]));
-                }
-            }
+            let (size, drift) = (bytes(mesh.bytes() as u64), format!("{:.2}", mesh.drift));
+            let name = [name, mesh.seen.motion.to_owned(), triangles, instances, size, drift];
+            table.row(name.into_iter().chain(tree_cells(&mesh.seen.tree)));
         }
         table
     }

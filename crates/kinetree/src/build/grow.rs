@@ -113,7 +113,8 @@ impl<C: Chooser> Growth<'_, C> {
         }
         let mut small = Small { nodes: vec![NOT_YET], primitives: Vec::with_capacity(count) };
         self.grow_small(plot, 0, &mut small);
-        self.threads.tick(count);
+        // Of a build that was called off, hardly any.
+        self.threads.tick(small.primitives.len().min(count));
         Grown::Small(small)
     }
 

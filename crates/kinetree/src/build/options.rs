@@ -17,18 +17,19 @@ pub enum Quality {
     Best,
 }
 
-/// How a tree is grown. The defaults suit the walks of this library.
+/// How a tree is grown. Each option acts on every tree that is built with it.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct BuildOptions {
     /// How much build time to trade for traversal speed.
     pub quality: Quality,
-    /// Cost of visiting a node, in units of one primitive test. A larger one gives larger leaves.
-    pub node_cost: f32,
-    /// The most primitives in a leaf; at least 1, at most [`Link::MAX_COUNT`].
-    pub max_leaf: u32,
     /// Where the build runs. The tree does not depend on it.
     pub threads: Threads,
+    /// Cost of visiting a node, in units of one primitive test. A larger one gives larger leaves.
+    /// Not for callers: the collapse into eight-way nodes decides anew what is a leaf.
+    pub(crate) node_cost: f32,
+    /// The most primitives in a leaf; at least 1, at most [`Link::MAX_COUNT`].
+    pub(crate) max_leaf: u32,
 }
 
 impl Default for BuildOptions {

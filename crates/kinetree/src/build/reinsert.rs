@@ -53,7 +53,8 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     }
 }
 
-/// A tree whose nodes stand in no order, but know their parents. Children are neighbours, the first with an odd number.
+/// A tree whose nodes stand in no order, but know their parents. Children are neighbours, the first
+/// with an odd number (promise 7 of [`Bvh`]).
 struct Loose {
     nodes: Vec<Node>,
     parents: Vec<u32>,
@@ -176,7 +177,7 @@ impl Loose {
         self.parents[node as usize]
     }
 
-    /// Every builder of this crate numbers pairs from 1 on, so the first of a pair is odd.
+    /// The other one of its pair: by promise 7, the first of a pair has an odd number.
     #[inline]
     fn sibling(&self, node: u32) -> u32 {
         ((node + 1) ^ 1) - 1
@@ -187,12 +188,13 @@ impl Loose {
         let mut moves: Vec<Move> =
             self.largest(count, threads).into_iter().map(|from| Move { from, to: 0, gain: 0.0 }).collect();
         threads.for_each(&mut moves, SEARCHES, &|number, one| {
+            if threads.is_cancelled() {
+                return;
+            }
             if number % SEARCHES == 0 {
                 threads.tick(SEARCHES);
             }
-            if !threads.is_cancelled() {
-                *one = self.best_move(one.from);
-            }
+            *one = self.best_move(one.from);
         });
         moves.retain(|one| one.gain > 0.0);
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.from.cmp(&b.from)));

@@ -1,15 +1,24 @@
 //! Many triangles that share vertices.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::{Aabb, Triangle};
 use crate::digest::Digest;
 
 /// Positions, and which three of them make a triangle. Every index is in range.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Triangles {
     positions: Vec<[f32; 3]>,
     indices: Arc<[[u32; 3]]>,
+}
+
+/// In short: how many there are.
+impl fmt::Debug for Triangles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (vertices, triangles) = (self.positions.len(), self.len());
+        f.debug_struct("Triangles").field("vertices", &vertices).field("triangles", &triangles).finish_non_exhaustive()
+    }
 }
 
 impl Triangles {

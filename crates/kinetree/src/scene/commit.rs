@@ -98,12 +98,7 @@ impl Scene {
         let (mut left_out, mut skewed) = (Vec::new(), Vec::new());
         let handles: Vec<_> = self.instances.iter().map(|(slot, _)| self.instances.handle_of(slot)).collect();
         for (handle, (_, instance)) in handles.into_iter().zip(self.instances.iter_mut()) {
-            let (Some(node), Ok(mesh)) = (self.nodes.at(instance.node), self.meshes.get(instance.mesh)) else {
-                continue;
-            };
-            if node.in_group {
-                continue;
-            }
+            let Ok(mesh) = self.meshes.get(instance.mesh) else { continue };
             let placement = resolved[instance.node as usize].then(&instance.placement);
             let world_from_object = placement.transform;
             // Inverses are kept while nothing moves.

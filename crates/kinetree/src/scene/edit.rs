@@ -1,5 +1,7 @@
 //! Edits: recorded, checked at once, and carried out by the next commit.
 
+use std::fmt;
+
 use super::commit::Kept;
 use super::graph::{Instance, Node, Placement, resolve};
 use super::input::check_finite;
@@ -8,22 +10,31 @@ use super::pose::{KeptPose, Pose};
 use super::slots::{Slots, fresh_scene_number};
 use super::{EditError, Indices, Mesh, Positions};
 use crate::geometry::Affine;
-use crate::handle::{GroupId, InstanceId, MeshId, NodeId, Placed};
+use crate::handle::{InstanceId, MeshId, NodeId, Placed};
 use crate::threads::Threads;
 use crate::update::Motion;
 
 /// Meshes, and where they stand.
 ///
 /// Every edit either succeeds or leaves the scene as it was. No edit is seen by a snapshot that was taken before.
-#[derive(Debug)]
 pub struct Scene {
     pub(crate) meshes: Slots<LivingMesh>,
     pub(crate) nodes: Slots<Node>,
     pub(crate) instances: Slots<Instance>,
-    groups: Slots<NodeId>,
     root: NodeId,
     pub(crate) threads: Threads,
     pub(crate) kept: Kept,
+}
+
+/// In short: how much there is in it.
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scene")
+            .field("meshes", &self.meshes.iter().count())
+            .field("nodes", &self.nodes.iter().count())
+            .field("instances", &self.instances.iter().count())
+            .finish_non_exhaustive()
+    }
 }
 
 impl Default for Scene {
@@ -42,12 +53,11 @@ impl Scene {
     pub fn with_threads(threads: Threads) -> Self {
         let number = fresh_scene_number();
         let mut nodes = Slots::new(number);
-        let root = nodes.insert(Node::root(false)).expect("an empty scene has room for its root");
+        let root = nodes.insert(Node::root()).expect("an empty scene has room for its root");
         Self {
             meshes: Slots::new(number),
             nodes,
             instances: Slots::new(number),
-            groups: Slots::new(number),
             root: root.into(),
             threads,
             kept: Kept::default(),
@@ -87,9 +97,9 @@ impl Scene {
     /// A stale or foreign parent; a transform that is not finite.
     pub fn add_node(&mut self, parent: NodeId, parent_from_node: Affine) -> Result<NodeId, EditError> {
         check_transform(&parent_from_node)?;
-        let in_group = self.nodes.get(parent.0)?.in_group;
+        self.nodes.get(parent.0)?;
         let placement = Placement::at(parent_from_node);
-        let node = Node { placement, parent: Some(parent.0.slot), ..Node::root(in_group) };
+        let node = Node { placement, parent: Some(parent.0.slot), ..Node::root() };
         let id = self.nodes.insert(node)?;
         self.nodes.get_mut(parent.0)?.children.push(id.slot);
         Ok(id.into())
@@ -116,43 +126,10 @@ impl Scene {
         Ok(id.into())
     }
 
-    /// Adds a group: nodes and instances of meshes below a root of their own, to be instanced together.
-    ///
-    /// # Errors
-    /// The scene is full.
-    pub fn add_group(&mut self) -> Result<GroupId, EditError> {
-        let root = self.nodes.insert(Node::root(true))?;
-        Ok(self.groups.insert(root.into())?.into())
-    }
-
-    /// The node that everything in a group hangs on.
-    ///
-    /// # Errors
-    /// A stale or foreign handle.
-    pub fn group_root(&self, group: GroupId) -> Result<NodeId, EditError> {
-        self.groups.get(group.0).copied()
-    }
-
-    /// Shows a group at a node.
-    ///
-    /// # Errors
-    /// Always [`EditError::GroupsNotYet`] (or a bad handle): instances of groups come with the eight-way tree.
-    pub fn instance_group(
-        &mut self,
-        node: NodeId,
-        group: GroupId,
-        node_from_instance: Affine,
-    ) -> Result<InstanceId, EditError> {
-        check_transform(&node_from_instance)?;
-        self.nodes.get(node.0)?;
-        self.groups.get(group.0)?;
-        Err(EditError::GroupsNotYet)
-    }
-
     /// Moves a node in its parent, or an instance in its node.
     ///
     /// # Errors
-    /// A stale or foreign handle; a transform that is not finite; the root, or the root of a group.
+    /// A stale or foreign handle; a transform that is not finite; the root.
     pub fn place(&mut self, what: impl Into<Placed>, transform: Affine) -> Result<(), EditError> {
         check_transform(&transform)?;
         let what = what.into();
@@ -275,7 +252,7 @@ impl Scene {
     /// Removes a node with all that hangs on it. Meshes stay.
     ///
     /// # Errors
-    /// A stale or foreign handle; the root, or the root of a group.
+    /// A stale or foreign handle; the root.
     pub fn remove_node(&mut self, node: NodeId) -> Result<(), EditError> {
         let parent = self.nodes.get(node.0)?.parent.ok_or(EditError::Root)?;
         if let Some(parent) = self.nodes.at_mut(parent) {
@@ -293,7 +270,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Where a node stands now, edits since the last commit included. Of a node in a group: in the space of the group.
+    /// Where a node stands now, edits since the last commit included.
     ///
     /// # Errors
     /// A stale or foreign handle.

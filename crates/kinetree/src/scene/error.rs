@@ -25,8 +25,14 @@ pub enum MeshError {
         count: usize,
     },
     /// A number that is infinite or none.
-    #[error("vertex {at} is not finite")]
+    #[error("vertex {at} has a number that is not finite")]
     NonFinite {
+        /// The first such vertex.
+        at: usize,
+    },
+    /// A skin weight below zero.
+    #[error("vertex {at} has a negative skin weight")]
+    NegativeWeight {
         /// The first such vertex.
         at: usize,
     },
@@ -119,9 +125,6 @@ pub enum EditError {
         /// Of the pose.
         found: usize,
     },
-    /// A group was to be instanced, which is not possible yet.
-    #[error("instances of groups are not supported yet; instance the group's meshes one by one")]
-    GroupsNotYet,
     /// More than 2^27 instances or 2^32 - 1 handles.
     #[error("the scene is full")]
     SceneFull,

@@ -37,19 +37,11 @@ pub(crate) struct Node {
     pub(crate) parent: Option<u32>,
     pub(crate) children: Vec<u32>,
     pub(crate) instances: Vec<u32>,
-    /// Under the root of a group.
-    pub(crate) in_group: bool,
 }
 
 impl Node {
-    pub(crate) fn root(in_group: bool) -> Self {
-        Self {
-            placement: Placement::at(Affine::IDENTITY),
-            parent: None,
-            children: Vec::new(),
-            instances: Vec::new(),
-            in_group,
-        }
+    pub(crate) fn root() -> Self {
+        Self { placement: Placement::at(Affine::IDENTITY), parent: None, children: Vec::new(), instances: Vec::new() }
     }
 }
 

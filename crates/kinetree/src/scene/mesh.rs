@@ -1,5 +1,6 @@
 //! Geometry as it is handed over: positions and triangles, and what may bend them.
 
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use super::input::check_finite;
@@ -10,11 +11,23 @@ use crate::geometry::{Precision, Triangles, fingerprint};
 use crate::wide::{TreeFileError, WideMesh};
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Mesh {
     data: Arc<MeshData>,
     /// Of the rest pose; taken instead of building one.
     tree: Option<Arc<WideMesh>>,
+}
+
+/// In short: how large it is.
+impl fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Mesh")
+            .field("vertices", &self.positions().len())
+            .field("triangles", &self.triangles().len())
+            .field("morph_targets", &self.data.morph_targets.len())
+            .field("has_skin", &self.data.skin.is_some())
+            .finish_non_exhaustive()
+    }
 }
 
 #[derive(Debug, Clone, Default)]

@@ -19,11 +19,11 @@ mod slots;
 mod snapshot;
 mod top_level;
 
-pub use crate::handle::{GroupId, InstanceId, MeshId, NodeId, Placed};
+pub use crate::handle::{InstanceId, MeshId, NodeId, Placed};
 pub use edit::Scene;
 pub use error::{EditError, ForeignHit, MeshError};
 pub use input::{Indices, Positions};
 pub use mesh::Mesh;
 pub use pose::{MorphTarget, Pose, Skin};
 pub use report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
-pub use snapshot::{InstanceView, Snapshot};
+pub use snapshot::{InstanceView, MeshView, Snapshot};

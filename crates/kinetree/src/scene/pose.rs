@@ -3,6 +3,8 @@
 //! Linear blend skinning (Magnenat-Thalmann, Laperriere and Thalmann 1988) as glTF 2.0 defines it. Normals follow by the cofactors of the blended
 //! matrix, so that they stay perpendicular under stretching joints too.
 
+use std::fmt;
+
 use glam::{Mat3, Vec3};
 
 use super::mesh::MeshData;
@@ -11,7 +13,7 @@ use crate::geometry::Affine;
 use crate::threads::Threads;
 
 /// Which joints pull at a vertex, and how strongly.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct Skin {
     /// Four joints per vertex.
     pub joints: Vec<[u16; 4]>,
@@ -20,7 +22,7 @@ pub struct Skin {
 }
 
 /// A shape that a mesh can be pulled towards.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct MorphTarget {
     /// Displacements, metres, one per vertex.
     pub positions: Vec<[f32; 3]>,
@@ -33,14 +35,39 @@ pub struct MorphTarget {
 pub struct Pose<'a> {
     /// One weight per morph target; none means all zero.
     pub weights: &'a [f32],
-    /// For every joint, the map from the rest pose to the pose, both in the space of the mesh; none means all at rest.
+    /// For every joint, the map from the rest pose to the pose, both in the space of the mesh; none
+    /// means all at rest. A mesh without a skin has no joints.
     pub joints: &'a [Affine],
+}
+
+/// In short: for how many vertices.
+impl fmt::Debug for Skin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Skin").field("vertices", &self.joints.len()).finish_non_exhaustive()
+    }
+}
+
+/// In short: for how many vertices.
+impl fmt::Debug for MorphTarget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MorphTarget")
+            .field("vertices", &self.positions.len())
+            .field("has_normals", &!self.normals.is_empty())
+            .finish_non_exhaustive()
+    }
 }
 
 impl Skin {
     pub(crate) fn check(&self) -> Result<(), MeshError> {
-        let bad = |weights: &[f32; 4]| weights.iter().any(|weight| !(weight.is_finite() && *weight >= 0.0));
-        self.weights.iter().position(bad).map_or(Ok(()), |at| Err(MeshError::NonFinite { at }))
+        for (at, weights) in self.weights.iter().enumerate() {
+            if !weights.iter().all(|weight| weight.is_finite()) {
+                return Err(MeshError::NonFinite { at });
+            }
+            if weights.iter().any(|&weight| weight < 0.0) {
+                return Err(MeshError::NegativeWeight { at });
+            }
+        }
+        Ok(())
     }
 
     /// How many joints a pose has to have, at least.
@@ -67,7 +94,8 @@ impl KeptPose {
             return Err(EditError::PoseDiffers { what: "morph targets", expected: targets, found });
         }
         let joints = mesh.skin.as_ref().map_or(0, Skin::joint_count);
-        if !pose.joints.is_empty() && pose.joints.len() < joints {
+        let is_skinned = mesh.skin.is_some();
+        if !pose.joints.is_empty() && (!is_skinned || pose.joints.len() < joints) {
             return Err(EditError::PoseDiffers { what: "joints", expected: joints, found: pose.joints.len() });
         }
         let bad_weight = pose.weights.iter().position(|weight| !weight.is_finite());

@@ -1,5 +1,6 @@
 //! A frame that stays what it is: what queries are asked of.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::error::ForeignHit;
@@ -16,7 +17,7 @@ use crate::wide::{InstanceRecord, WideMesh, WideTop};
 /// One frame of a scene. It borrows nothing: keep it, send it, drop it anywhere. Clones share the frame.
 ///
 /// Queries need no lock. Any thread may trace a snapshot while the next frame is edited and committed.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Snapshot(Arc<Frame>);
 
 const _: () = {
@@ -178,6 +179,15 @@ impl Snapshot {
         unit(world.into()).into()
     }
 
+    /// The meshes of the scene, shown or not, in the order in which they were added.
+    pub fn meshes(&self) -> impl ExactSizeIterator<Item = MeshView<'_>> {
+        let view = |report: &crate::scene::MeshReport| MeshView {
+            id: report.mesh,
+            posed: &self.0.world.meshes[report.mesh.0.slot as usize],
+        };
+        self.report().meshes.iter().map(view)
+    }
+
     /// The instances of this frame.
     pub fn instances(&self) -> impl ExactSizeIterator<Item = InstanceView<'_>> {
         (0..self.0.placed.len()).map(|index| self.instance_at(index as u32))
@@ -194,18 +204,41 @@ impl Snapshot {
     }
 }
 
+/// In short: which frame, and how large it is.
+impl fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Snapshot")
+            .field("frame", &self.report().frame)
+            .field("meshes", &self.report().meshes.len())
+            .field("instances", &self.0.placed.len())
+            .finish_non_exhaustive()
+    }
+}
+
 /// Unit length, in double precision; zero stays zero.
 fn unit(v: glam::Vec3) -> glam::Vec3 {
     v.as_dvec3().normalize_or_zero().as_vec3()
 }
 
 /// An instance as it is in one frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct InstanceView<'a> {
     index: u32,
     record: &'a InstanceRecord,
     placed: &'a PlacedInstance,
     posed: &'a Posed,
+}
+
+/// In short: which, and how large it is.
+impl fmt::Debug for InstanceView<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("InstanceView")
+            .field("index", &self.index)
+            .field("id", &self.placed.id)
+            .field("mesh_id", &self.placed.mesh)
+            .field("triangles", &self.triangles().len())
+            .finish_non_exhaustive()
+    }
 }
 
 impl<'a> InstanceView<'a> {
@@ -252,6 +285,49 @@ impl<'a> InstanceView<'a> {
     /// The way back, as rays take it; of a flat placement, for points of its plane.
     pub fn object_from_world(&self) -> &'a Affine {
         &self.record.object_from_world
+    }
+
+    /// As posed for this frame, metres, object space.
+    pub fn positions(&self) -> &'a [[f32; 3]] {
+        self.posed.triangles.positions()
+    }
+
+    /// As posed for this frame, one per vertex, if there are any.
+    pub fn normals(&self) -> Option<&'a [[f32; 3]]> {
+        (!self.posed.normals.is_empty()).then_some(&self.posed.normals)
+    }
+
+    /// Vertex numbers.
+    pub fn triangles(&self) -> &'a [[u32; 3]] {
+        self.posed.triangles.indices()
+    }
+
+    /// The tree over its triangles.
+    #[doc(alias = "BLAS")]
+    pub fn bvh(&self) -> &'a WideMesh {
+        &self.posed.bvh
+    }
+}
+
+/// A mesh as it is in one frame, whether or not an instance shows it.
+#[derive(Clone, Copy)]
+pub struct MeshView<'a> {
+    id: MeshId,
+    posed: &'a Posed,
+}
+
+/// In short: which, and how large it is.
+impl fmt::Debug for MeshView<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let triangles = self.triangles().len();
+        f.debug_struct("MeshView").field("id", &self.id).field("triangles", &triangles).finish_non_exhaustive()
+    }
+}
+
+impl<'a> MeshView<'a> {
+    /// Its handle in the scene.
+    pub fn id(&self) -> MeshId {
+        self.id
     }
 
     /// As posed for this frame, metres, object space.

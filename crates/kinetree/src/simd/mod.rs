@@ -3,7 +3,10 @@
 //! Kernels are written once, generic over `Isa`. A level such as `Avx2` implements the vocabulary, and only detection can make one, so holding it is
 //! the evidence. A `Kernel` is run by `Level::run`, which compiles it once for each level.
 //!
-//! The environment variable `KINETREE_SIMD` (`scalar`, `avx2`, `avx512`, `neon`) chooses a level that the processor has; the best one is taken otherwise.
+//! The environment variable `KINETREE_SIMD` (`scalar`, `avx2`, `avx512`, `neon`) chooses a level
+//! that the processor has; the best one is taken otherwise. A name that is none of them is said
+//! once, on standard error, with those that there are; who would rather fail asks
+//! [`Level::from_environment`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -18,6 +21,8 @@ mod x86;
 use std::fmt;
 use std::sync::OnceLock;
 
+use thiserror::Error;
+
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
@@ -26,9 +31,12 @@ pub(crate) use avx512::Avx512;
 pub(crate) use neon::Neon;
 pub(crate) use scalar::Scalar;
 
-/// The words that kernels are written in: eight or four lanes of `f32`, and masks with a bit per lane.
+/// The words that kernels are written in: sixteen, eight or four lanes of `f32`, and masks with a
+/// bit per lane.
 ///
-/// Arithmetic rounds as IEEE 754 says, each operation once, on every level. `max` and `min` give the second operand when one is not a number.
+/// Arithmetic rounds as IEEE 754 says and gives the same bits on every level, each operation
+/// rounded once, but for `mul_sub` and `mul_add`, which may round once or twice and differ from
+/// level to level. `max` and `min` give the second operand when one is not a number.
 pub(crate) trait Isa: Copy {
     /// Eight lanes.
     type F8: Copy;
@@ -164,6 +172,23 @@ pub(crate) trait Kernel {
     fn run<I: Isa>(self, isa: I) -> Self::Output;
 }
 
+/// The environment variable that names a level.
+const VARIABLE: &str = "KINETREE_SIMD";
+
+/// `KINETREE_SIMD` names no level of this processor.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{VARIABLE}={name} is no level of this processor, which has {}", names())]
+pub struct UnknownLevel {
+    /// What it names.
+    pub name: String,
+}
+
+/// The names of all levels that this processor has, as people list them.
+fn names() -> String {
+    let names: Vec<&str> = Level::available().into_iter().map(Level::name).collect();
+    names.join(", ")
+}
+
 /// What the processor can do, as found out at run time.
 #[derive(Clone, Copy)]
 pub struct Level(Kind);
@@ -180,15 +205,39 @@ enum Kind {
 }
 
 impl Level {
-    /// The level that queries use: the best one that the processor has, or the one that `KINETREE_SIMD` names.
+    /// The level that queries use: the best one that the processor has, or the one that
+    /// `KINETREE_SIMD` names. A name that is no level of this processor is said on standard error,
+    /// the first time that this is called, and the best level is taken.
     pub fn current() -> Self {
         static CURRENT: OnceLock<Level> = OnceLock::new();
         *CURRENT.get_or_init(|| {
-            let all = Self::available();
-            let named = std::env::var("KINETREE_SIMD").ok();
-            let chosen = named.and_then(|name| all.iter().find(|level| level.name() == name).copied());
-            chosen.unwrap_or_else(|| all.last().copied().unwrap_or(Self(Kind::Scalar(Scalar))))
+            Self::from_environment().unwrap_or_else(|error| {
+                let best = Self::best();
+                eprintln!("kinetree: {error}; taking {best:?}");
+                best
+            })
         })
+    }
+
+    /// The level that `KINETREE_SIMD` names; the best one that the processor has when the variable
+    /// is not set, or empty.
+    ///
+    /// # Errors
+    /// The variable names no level of this processor.
+    pub fn from_environment() -> Result<Self, UnknownLevel> {
+        match std::env::var_os(VARIABLE) {
+            Some(name) if !name.is_empty() => Self::named(&name.to_string_lossy()),
+            _ => Ok(Self::best()),
+        }
+    }
+
+    fn named(name: &str) -> Result<Self, UnknownLevel> {
+        let level = Self::available().into_iter().find(|level| level.name() == name);
+        level.ok_or_else(|| UnknownLevel { name: name.to_owned() })
+    }
+
+    fn best() -> Self {
+        Self::available().pop().unwrap_or(Self(Kind::Scalar(Scalar)))
     }
 
     /// Every level that this processor has, the best one last.
@@ -241,6 +290,17 @@ impl fmt::Debug for Level {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_level_is_found_by_its_name_and_an_unknown_one_is_answered_with_those_there_are() {
+        for level in Level::available() {
+            assert_eq!(Level::named(level.name()).map(Level::name), Ok(level.name()));
+        }
+        for wrong in ["nonsense", "AVX2", "avx", " scalar", "\u{fffd}"] {
+            let error = Level::named(wrong).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.contains(wrong) && error.contains("scalar"), "{wrong}: {error}");
+        }
+    }
 
     struct Words;
 

@@ -1,5 +1,6 @@
 //! What a frame's rays are traced against: a tree over instances, each of which leads to the tree of a mesh.
 
+use std::fmt;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,7 +13,7 @@ use crate::wide::{InstanceRecord, WideMesh, WideTop};
 
 /// A mesh as it is in one frame, with its tree.
 #[doc(alias = "BLAS")]
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Posed {
     /// Over the triangles, object space.
     pub bvh: WideMesh,
@@ -57,7 +58,7 @@ impl FrameStamp {
 
 /// A frame, as walks see it.
 #[doc(alias = "TLAS")]
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct TwoLevel {
     /// Over the instances, world space.
     pub top: WideTop,
@@ -97,6 +98,22 @@ impl TwoLevel {
     pub(crate) fn double(&self, instance: u32) -> Option<&DoubleInverse> {
         let at = self.doubles.binary_search_by_key(&instance, |(number, _)| *number).ok()?;
         Some(&self.doubles[at].1)
+    }
+}
+
+/// In short: how large it is.
+impl fmt::Debug for Posed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (bvh, triangles) = (&self.bvh, &self.triangles);
+        f.debug_struct("Posed").field("bvh", bvh).field("triangles", triangles).finish_non_exhaustive()
+    }
+}
+
+/// In short: how large it is.
+impl fmt::Debug for TwoLevel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (top, meshes) = (&self.top, self.meshes.len());
+        f.debug_struct("TwoLevel").field("top", top).field("meshes", &meshes).finish_non_exhaustive()
     }
 }
 

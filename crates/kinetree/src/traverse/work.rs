@@ -25,7 +25,8 @@ impl Tally for () {}
 /// How much work queries did: the measure of a tree that no noisy clock disturbs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Nodes visited: of eight-way trees without their leaves, of binary trees with them.
+    /// Nodes that were visited: steps over eight boxes, of which one or more may be entered; of a
+    /// binary tree, boxes that were entered, those of leaves included.
     pub nodes: u64,
     /// Leaves reached, those of the tree over the instances included.
     pub leaves: u64,

@@ -1,5 +1,6 @@
 //! A binary tree of boxes.
 
+use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{Node, Target};
@@ -14,12 +15,14 @@ pub const MAX_DEPTH: usize = 64;
 /// 3. a child lies within its parent;
 /// 4. every primitive is in exactly one leaf, or in several when `has_duplicates()`;
 /// 5. no child stands before its parent, so a backwards walk refits;
-/// 6. no path is longer than [`MAX_DEPTH`].
+/// 6. no path is longer than [`MAX_DEPTH`];
+/// 7. pairs of children are numbered from 1 on: the first of a pair has an odd number, so nodes 2i
+///    + 1 and 2i + 2 are pair i, and no number is left out.
 ///
 /// A tree without primitives has no nodes.
 #[doc(alias = "BLAS")]
 #[doc(alias = "TLAS")]
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Bvh {
     nodes: Vec<Node>,
     primitives: Vec<u32>,
@@ -36,6 +39,14 @@ impl Topology {
     fn fresh() -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+/// In short: how large it is.
+impl fmt::Debug for Bvh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (nodes, primitives) = (self.node_count(), self.primitive_count());
+        f.debug_struct("Bvh").field("nodes", &nodes).field("primitives", &primitives).finish_non_exhaustive()
     }
 }
 

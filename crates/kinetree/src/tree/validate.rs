@@ -1,132 +1,57 @@
 //! Does a tree keep its promises?
 
-use thiserror::Error;
-
-use super::{Bvh, MAX_DEPTH, Target};
-
-/// The first promise of a [`Bvh`] that does not hold, and where.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum Violation {
-    /// Promise 1.
-    #[error("promise 1: there are {primitives} primitives, but no root")]
-    NoRoot {
-        /// How many.
-        primitives: usize,
-    },
-    /// Promise 2.
-    #[error("promise 2: the children of node {node} would be {first} and the next, of {count} nodes")]
-    NoChildren {
-        /// The parent.
-        node: usize,
-        /// The first child.
-        first: u32,
-        /// How many nodes there are.
-        count: usize,
-    },
-    /// Promise 3.
-    #[error("promise 3: node {child} reaches out of its parent {parent}")]
-    OutsideParent {
-        /// The parent.
-        parent: usize,
-        /// The child.
-        child: usize,
-    },
-    /// Promise 3, for a leaf.
-    #[error("promise 3: the box of leaf {node} is not a number")]
-    NotANumber {
-        /// The node.
-        node: usize,
-    },
-    /// Promise 4.
-    #[error("promise 4: leaf {node} holds the places {start}..{end} of {count}")]
-    NoPrimitives {
-        /// The leaf.
-        node: usize,
-        /// First place.
-        start: u32,
-        /// After the last place.
-        end: u32,
-        /// How many places there are.
-        count: usize,
-    },
-    /// Promise 4.
-    #[error("promise 4: primitive {primitive} is in {leaves} leaves")]
-    WrongCount {
-        /// The primitive, or the place in the list of primitives.
-        primitive: u32,
-        /// How often it was met.
-        leaves: u32,
-    },
-    /// Promises 2 and 5.
-    #[error("promise 5: node {child} does not stand after its parent {parent}, or has two parents")]
-    OutOfOrder {
-        /// The parent.
-        parent: usize,
-        /// The child.
-        child: usize,
-    },
-    /// Promise 5.
-    #[error("promise 5: node {node} has no parent")]
-    Orphan {
-        /// The node.
-        node: usize,
-    },
-    /// Promise 6.
-    #[error("promise 6: node {node} lies {depth} deep, and {MAX_DEPTH} is the limit")]
-    TooDeep {
-        /// The node.
-        node: usize,
-        /// The length of its path.
-        depth: usize,
-    },
-}
+use super::{Bvh, Location, MAX_DEPTH, Target, Violation};
 
 impl Bvh {
-    /// Checks promises 1 to 6.
+    /// Checks promises 1 to 7.
     ///
     /// # Errors
     /// The first promise that does not hold, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         let nodes = self.nodes();
         if nodes.is_empty() {
-            let primitives = self.primitives().len();
-            return if primitives == 0 { Ok(()) } else { Err(Violation::NoRoot { primitives }) };
+            let is_empty = self.primitives().is_empty();
+            let without_root = Violation::new(1, "primitives without a root", Location::Node(0));
+            return if is_empty { Ok(()) } else { Err(without_root) };
         }
         // Depth of a node once its parent has been met; zero until then.
         let mut depth_of = vec![0_usize; nodes.len()];
         let mut met = vec![0_u32; self.primitives().len()];
         depth_of[0] = 1;
         for (at, node) in nodes.iter().enumerate() {
+            let violation = |promise, what, node| Err(Violation::new(promise, what, Location::Node(node)));
             let depth = depth_of[at];
             if depth == 0 {
-                return Err(Violation::Orphan { node: at });
+                return violation(5, "a node without a parent", at);
             }
             if depth > MAX_DEPTH {
-                return Err(Violation::TooDeep { node: at, depth });
+                return violation(6, "a path that is too long", at);
             }
             if node.bounds.min.iter().chain(&node.bounds.max).any(|x| x.is_nan()) {
-                return Err(Violation::NotANumber { node: at });
+                return violation(3, "a box that is not a number", at);
             }
             match node.link.target() {
                 Target::Node(first) => {
-                    if first as usize + 1 >= nodes.len() {
-                        return Err(Violation::NoChildren { node: at, first, count: nodes.len() });
+                    let first = first as usize;
+                    if first + 1 >= nodes.len() {
+                        return violation(2, "children beyond the last node", at);
                     }
-                    for child in [first as usize, first as usize + 1] {
+                    for child in [first, first + 1] {
                         if child <= at || depth_of[child] != 0 {
-                            return Err(Violation::OutOfOrder { parent: at, child });
+                            return violation(5, "a child before its parent, or with two parents", child);
                         }
                         if !node.bounds.contains(&nodes[child].bounds) {
-                            return Err(Violation::OutsideParent { parent: at, child });
+                            return violation(3, "a child that reaches out of its parent", child);
                         }
                         depth_of[child] = depth + 1;
                     }
+                    if first % 2 == 0 {
+                        return violation(7, "a pair of children that begins with an even number", first);
+                    }
                 }
                 Target::Primitives(range) => {
-                    let count = met.len();
                     let Some(places) = met.get_mut(range.start as usize..range.end as usize) else {
-                        return Err(Violation::NoPrimitives { node: at, start: range.start, end: range.end, count });
+                        return violation(4, "a leaf that leads beyond the last primitive", at);
                     };
                     places.iter_mut().for_each(|place| *place += 1);
                 }
@@ -134,14 +59,16 @@ impl Bvh {
         }
         // Each place of the list belongs to one leaf; each primitive has one place, or more in a tree with duplicates.
         if let Some(place) = met.iter().position(|&leaves| leaves != 1) {
-            return Err(Violation::WrongCount { primitive: place as u32, leaves: met[place] });
+            let what = if met[place] == 0 { "a primitive in no leaf" } else { "a primitive that leaves share" };
+            return Err(Violation::new(4, what, Location::Item(place)));
         }
         let mut numbers = self.primitives().to_vec();
         numbers.sort_unstable();
         let duplicate = numbers.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
         numbers.dedup();
         if numbers.len() != self.primitive_count() {
-            return Err(Violation::WrongCount { primitive: duplicate.unwrap_or(0), leaves: 2 });
+            let location = Location::Primitive(duplicate.unwrap_or(0));
+            return Err(Violation::new(4, "another number of different primitives than it says", location));
         }
         Ok(())
     }
@@ -169,6 +96,12 @@ mod tests {
         Bvh::from_parts(nodes, primitives, distinct).validate()
     }
 
+    /// The promise that is broken, and where.
+    fn broken(nodes: Vec<Node>, primitives: Vec<u32>) -> (u32, Location) {
+        let violation = check(nodes, primitives).expect_err("a promise is broken");
+        (violation.promise, violation.location)
+    }
+
     #[test]
     fn a_tree_that_keeps_its_promises_passes() {
         assert_eq!(Bvh::default().validate(), Ok(()));
@@ -177,31 +110,29 @@ mod tests {
 
     #[test]
     fn every_broken_promise_is_named() {
-        assert_eq!(check(vec![], vec![7]), Err(Violation::NoRoot { primitives: 1 }));
-        assert!(matches!(check(vec![inner(BIG, 1)], vec![]), Err(Violation::NoChildren { .. })));
-        assert!(matches!(
-            check(vec![inner(SMALL, 1), leaf(BIG, 0), leaf(SMALL, 1)], vec![0, 1]),
-            Err(Violation::OutsideParent { parent: 0, child: 1 })
-        ));
+        use Location::{Item, Node, Primitive};
+        assert_eq!(broken(vec![], vec![7]), (1, Node(0)));
+        assert_eq!(broken(vec![inner(BIG, 1)], vec![]), (2, Node(0)));
+        assert_eq!(broken(vec![inner(SMALL, 1), leaf(BIG, 0), leaf(SMALL, 1)], vec![0, 1]), (3, Node(1)));
+        assert_eq!(broken(vec![leaf(Aabb::new([f32::NAN; 3], [0.0; 3]), 0)], vec![0]), (3, Node(0)));
         let twice = vec![inner(BIG, 1), leaf(SMALL, 0), leaf(SMALL, 0)];
-        assert!(matches!(check(twice, vec![0]), Err(Violation::WrongCount { leaves: 2, .. })));
+        assert_eq!(broken(twice, vec![0]), (4, Item(0)));
         let same = vec![inner(BIG, 1), leaf(SMALL, 0), leaf(SMALL, 1)];
-        assert!(matches!(check(same, vec![5, 5]), Err(Violation::WrongCount { primitive: 5, .. })));
-        assert!(matches!(check(vec![leaf(BIG, 3)], vec![0]), Err(Violation::NoPrimitives { .. })));
+        assert_eq!(broken(same, vec![5, 5]), (4, Primitive(5)));
+        assert_eq!(broken(vec![leaf(BIG, 3)], vec![0]), (4, Node(0)));
         let circle = vec![inner(BIG, 0), leaf(SMALL, 0)];
-        assert!(matches!(check(circle, vec![0]), Err(Violation::OutOfOrder { child: 0, .. })));
+        assert_eq!(broken(circle, vec![0]), (5, Node(0)));
         let orphan = vec![leaf(BIG, 0), leaf(BIG, 1)];
-        assert!(matches!(check(orphan, vec![0, 1]), Err(Violation::Orphan { node: 1 })));
+        assert_eq!(broken(orphan, vec![0, 1]), (5, Node(1)));
         // Each inner node's children are the leaf and the inner node that follow it; the last gets two leaves.
         let count = MAX_DEPTH as u32;
         let chain = std::iter::once(inner(BIG, 1))
             .chain((1..count).flat_map(|i| [leaf(BIG, i - 1), inner(BIG, i * 2 + 1)]))
             .chain([leaf(BIG, count - 1), leaf(BIG, count)])
             .collect();
-        assert!(matches!(check(chain, (0..=count).collect()), Err(Violation::TooDeep { .. })));
-        assert!(matches!(
-            check(vec![leaf(Aabb::new([f32::NAN; 3], [0.0; 3]), 0)], vec![0]),
-            Err(Violation::NotANumber { .. })
-        ));
+        assert_eq!(broken(chain, (0..=count).collect()).0, 6);
+        // A gap before the only pair: everything else is right, but nodes 2 and 3 are no pair.
+        let shifted = vec![inner(BIG, 2), leaf(SMALL, 0), leaf(SMALL, 1), leaf(SMALL, 2)];
+        assert_eq!(broken(shifted, vec![0, 1, 2]), (7, Node(2)));
     }
 }

@@ -132,10 +132,17 @@ impl TriangleBlock {
         &self.primitives[..self.count as usize]
     }
 
+    /// The box that a tree keeps for one of these triangles, as
+    /// [`Triangles::bounds_of`](crate::geometry::Triangles::bounds_of).
+    #[inline]
+    pub(crate) fn bounds_of(&self, lane: usize) -> Aabb {
+        self.triangle(lane).bounds().padded()
+    }
+
     /// The box that a tree keeps for these triangles.
     #[inline]
     pub(crate) fn bounds(&self) -> Aabb {
-        (0..self.count as usize).fold(Aabb::EMPTY, |all, lane| all.union(&self.triangle(lane).bounds().padded()))
+        (0..self.count as usize).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds_of(lane)))
     }
 
     /// The summed half areas of the boxes of its triangles, without padding.

@@ -21,10 +21,11 @@ use thiserror::Error;
 
 use super::block::BLOCK;
 use super::node::LANES;
-use super::{TriangleBlock, WideLink, WideMesh, WideNode, WideTarget, WideTree, WideViolation};
+use super::{TriangleBlock, WideLink, WideMesh, WideNode, WideTarget, WideTree};
 use crate::arena::with_room;
 use crate::digest::Digest;
 use crate::geometry::{Aabb, Triangles};
+use crate::tree::Violation;
 
 const MAGIC: [u8; 8] = *b"kinetree";
 const VERSION: u32 = 1;
@@ -60,9 +61,9 @@ pub enum TreeFileError {
         /// What was found.
         what: &'static str,
     },
-    /// As before: a promise of [`WideTree`] is broken.
+    /// As before: a promise of [`WideMesh`] is broken.
     #[error("the tree is not sound: {0}; bake it again")]
-    Broken(#[from] WideViolation),
+    Broken(#[from] Violation),
 }
 
 /// The [fingerprint](Triangles::fingerprint) of the mesh whose tree these bytes are. The digest is checked, the tree itself is not.
@@ -105,8 +106,9 @@ impl WideMesh {
 
     /// A tree that [`WideMesh::to_bytes`] wrote, for the same triangles: the same to the bit, but that the lanes of a refitted one are sorted anew.
     ///
-    /// What is given back keeps the promises of [`WideTree`], every triangle stands in it, and the boxes of its leaves contain it. Of a triangle
-    /// that spatial splits cut, it is the leaves together whose boxes do; that there is no gap between them rests on the digest.
+    /// What is given back keeps promises 1 to 10 of [`WideMesh`], as [`WideMesh::validate`] checks
+    /// them; that there is no gap between the boxes of a triangle that spatial splits cut rests on
+    /// the digest.
     ///
     /// # Errors
     /// The bytes are no tree, damaged, a tree of other triangles, or break a promise.
@@ -127,36 +129,9 @@ impl WideMesh {
             return Err(TreeFileError::Unsound { what: "bytes behind the last block" });
         }
         let tree = WideTree { nodes, units: blocks.len() as u32, bounds: head.bounds };
-        tree.validate()?;
         let mesh = Self::from_parts(tree, blocks, head.triangles);
-        mesh.check_leaves(triangles)?;
+        mesh.validate()?;
         Ok(mesh)
-    }
-
-    /// Whether every triangle is where its leaves say, which [`WideTree::validate`] cannot know.
-    fn check_leaves(&self, triangles: &Triangles) -> Result<(), TreeFileError> {
-        if self.tree().nodes().is_empty() && self.bounds() != Aabb::EMPTY {
-            return Err(TreeFileError::Unsound { what: "a box around nothing" });
-        }
-        let mut met: Vec<Option<Aabb>> = vec![None; triangles.len()];
-        for node in self.tree().nodes() {
-            for (lane, link) in node.lanes() {
-                let WideTarget::Units(units) = link.target() else { continue };
-                for &primitive in
-                    self.blocks()[units.start as usize..units.end as usize].iter().flat_map(|b| b.primitives())
-                {
-                    let so_far = &mut met[primitive as usize];
-                    *so_far = Some(so_far.unwrap_or(Aabb::EMPTY).union(&node.bounds(lane)));
-                }
-            }
-        }
-        for (bounds, triangle) in met.iter().zip(0..) {
-            let Some(bounds) = bounds else { return Err(TreeFileError::Unsound { what: "a triangle in no leaf" }) };
-            if !bounds.contains(&triangles.bounds_of(triangle)) {
-                return Err(TreeFileError::Unsound { what: "a triangle that reaches out of its leaves" });
-            }
-        }
-        Ok(())
     }
 }
 

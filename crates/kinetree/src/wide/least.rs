@@ -86,7 +86,7 @@ impl Subtree {
 pub(super) struct Least<'a> {
     nodes: &'a [Node],
     costs: &'a Costs,
-    /// Nodes 2i + 1 and 2i + 2 are pair i: every builder of this crate numbers pairs from 1 on. The last pair comes first.
+    /// Nodes 2i + 1 and 2i + 2 are pair i, by promise 7 of [`Bvh`]. The last pair comes first.
     pairs: Vec<Pair>,
 }
 

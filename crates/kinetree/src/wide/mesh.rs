@@ -1,12 +1,13 @@
 //! A wide tree over triangles, which stand in its leaves.
 
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use super::block::BLOCK;
 use super::collapse::{Costs, collapse};
 use super::leaves::Leaves;
 use super::refit::{Plan, Swept};
-use super::{TriangleBlock, WideTree, WideViolation};
+use super::{TriangleBlock, WideTree};
 use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
 use crate::threads::Threads;
@@ -15,18 +16,32 @@ use crate::tree::Bvh;
 /// Of a node and of a block, in the same units: a step over eight boxes is taken to cost as much as a test of four triangles.
 pub(super) const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, max_units: 4 };
 
-/// An eight-way tree whose leaves hold blocks of four triangles.
+/// An eight-way tree whose leaves hold blocks of four triangles. Beside promises 1 to 7 of a
+/// [`WideTree`], always:
+///
+/// 8. every triangle is in a block that a leaf leads to, or in several when spatial splits cut it;
+/// 9. the box of a leaf contains its triangles and what rays may miss them by; of a triangle in
+///    several leaves, their boxes together do;
+/// 10. no box reaches beyond the box around all triangles so widened.
 #[doc(alias = "BLAS")]
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct WideMesh {
     pub(super) tree: WideTree,
     pub(super) blocks: Vec<TriangleBlock>,
     /// How many different triangles the leaves hold.
-    triangles: u32,
+    pub(super) triangles: u32,
     /// Made by the first refit. Trees with the same plan have the same shape.
     pub(super) plan: OnceLock<Arc<Plan>>,
     /// What the refit that wrote this tree found: of each chunk, and at last of the nodes above them. Nothing in a tree that was built.
     pub(super) chunks: Vec<Swept>,
+}
+
+/// In short: how large it is.
+impl fmt::Debug for WideMesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (nodes, triangles) = (self.node_count(), self.primitive_count());
+        f.debug_struct("WideMesh").field("nodes", &nodes).field("triangles", &triangles).finish_non_exhaustive()
+    }
 }
 
 impl WideMesh {
@@ -120,22 +135,6 @@ impl WideMesh {
     /// See [`WideTree::overlap`].
     pub fn overlap(&self) -> f32 {
         self.tree.overlap()
-    }
-
-    /// Checks the promises of the tree, and that its boxes contain the triangles.
-    ///
-    /// # Errors
-    /// The first promise that does not hold, and where.
-    pub fn validate(&self) -> Result<(), WideViolation> {
-        self.tree.validate()?;
-        let mut numbers: Vec<u32> = self.blocks.iter().flat_map(|block| block.primitives()).copied().collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        let violation = |promise, what, node, lane| Err(WideViolation { promise, what, node, lane });
-        if numbers.len() != self.triangles as usize || self.tree.unit_count() != self.blocks.len() {
-            return violation(4, "triangles that are in no leaf", 0, 0);
-        }
-        Ok(())
     }
 }
 

@@ -3,6 +3,7 @@
 mod block;
 mod bytes;
 mod collapse;
+mod containment;
 mod instance;
 mod least;
 mod leaves;
@@ -23,4 +24,4 @@ pub use mesh::WideMesh;
 pub(crate) use node::NodeRows;
 pub use node::{LANES, WideNode};
 pub use top::WideTop;
-pub use tree::{WIDE_STACK, WideTree, WideViolation};
+pub use tree::{WIDE_STACK, WideTree};

@@ -1,20 +1,21 @@
 //! A wide tree over instances.
 
+use std::fmt;
 use std::ops::Range;
 
+use super::WideTree;
 use super::collapse::{Costs, Units, collapse};
-use super::{WideTree, WideViolation};
 use crate::geometry::Aabb;
 use crate::geometry::slab::FarRays;
 use crate::threads::Threads;
-use crate::tree::Bvh;
+use crate::tree::{Bvh, Violation};
 
 /// An instance costs some nodes: it is entered alone.
 const COSTS: Costs = Costs { node: 1.0, unit: 3.0, unit_size: 1, max_units: 1 };
 
 /// An eight-way tree whose leaves are instance records.
 #[doc(alias = "TLAS")]
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct WideTop {
     tree: WideTree,
     instances: Vec<u32>,
@@ -40,6 +41,14 @@ impl Units for Instances<'_> {
 
     fn append(&mut self, part: Self) {
         self.list.extend_from_slice(&part.list);
+    }
+}
+
+/// In short: how large it is.
+impl fmt::Debug for WideTop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (nodes, instances) = (self.node_count(), self.primitive_count());
+        f.debug_struct("WideTop").field("nodes", &nodes).field("instances", &instances).finish_non_exhaustive()
     }
 }
 
@@ -119,7 +128,7 @@ impl WideTop {
     ///
     /// # Errors
     /// The first promise that does not hold, and where.
-    pub fn validate(&self) -> Result<(), WideViolation> {
+    pub fn validate(&self) -> Result<(), Violation> {
         self.tree.validate()
     }
 }

@@ -1,12 +1,12 @@
 //! A tree of wide nodes, whatever its leaves lead to.
 
-use thiserror::Error;
+use std::fmt;
 
 use super::node::LANES;
 use super::{WideNode, WideTarget};
 use crate::arena::Rows;
 use crate::geometry::Aabb;
-use crate::tree::MAX_DEPTH;
+use crate::tree::{Location, MAX_DEPTH, Violation};
 
 /// Room for everything that a walk can have set aside: of each level at most seven, and eight of the last.
 pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
@@ -22,7 +22,7 @@ pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
 ///    nodes that lead to them, so a part of the tree is a part of both lists.
 ///
 /// A tree without units has no nodes.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct WideTree {
     pub(super) nodes: Vec<WideNode>,
     /// How many units the leaves lead to.
@@ -30,18 +30,12 @@ pub struct WideTree {
     pub(super) bounds: Aabb,
 }
 
-/// The first promise of a [`WideTree`] that does not hold, and where.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("promise {promise}: {what} at node {node}, lane {lane}")]
-pub struct WideViolation {
-    /// Its number.
-    pub promise: u32,
-    /// What was found.
-    pub what: &'static str,
-    /// Where.
-    pub node: usize,
-    /// Where in the node.
-    pub lane: usize,
+/// In short: how large it is.
+impl fmt::Debug for WideTree {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (nodes, units) = (self.node_count(), self.unit_count());
+        f.debug_struct("WideTree").field("nodes", &nodes).field("units", &units).finish_non_exhaustive()
+    }
 }
 
 impl WideTree {
@@ -135,14 +129,14 @@ impl WideTree {
     ///
     /// # Errors
     /// The first promise that does not hold, and where.
-    pub fn validate(&self) -> Result<(), WideViolation> {
+    pub fn validate(&self) -> Result<(), Violation> {
         let mut depth_of = vec![0_usize; self.nodes.len()];
         let mut met = vec![false; self.units as usize];
         if let Some(root) = depth_of.first_mut() {
             *root = 1;
         }
         for (at, node) in self.nodes.iter().enumerate() {
-            let violation = |promise, what, lane| Err(WideViolation { promise, what, node: at, lane });
+            let violation = |promise, what, lane| Err(Violation::new(promise, what, Location::Lane { node: at, lane }));
             if depth_of[at] == 0 {
                 return violation(5, "a node without a parent", 0);
             }
@@ -183,17 +177,17 @@ impl WideTree {
             }
         }
         match met.iter().position(|met| !met) {
-            Some(node) => Err(WideViolation { promise: 4, what: "a unit in no leaf (its number)", node, lane: 0 }),
+            Some(item) => Err(Violation::new(4, "a unit in no leaf", Location::Item(item))),
             None if self.nodes.first().is_some_and(|root| !self.bounds.contains(&root.all_bounds())) => {
-                Err(WideViolation { promise: 3, what: "a root larger than the whole", node: 0, lane: 0 })
+                Err(Violation::new(3, "a root that reaches out of the box around everything", Location::Node(0)))
             }
             None => self.check_order(),
         }
     }
 
     /// Whether promise 7 holds, given the others.
-    fn check_order(&self) -> Result<(), WideViolation> {
-        let violation = |what, node, lane| Err(WideViolation { promise: 7, what, node, lane });
+    fn check_order(&self) -> Result<(), Violation> {
+        let violation = |what, node, lane| Err(Violation::new(7, what, Location::Lane { node, lane }));
         let mut sizes = vec![1; self.nodes.len()];
         for at in (1..self.nodes.len()).rev() {
             sizes[self.nodes[at].parent_lane as usize / LANES] += sizes[at];

@@ -4,6 +4,7 @@ use super::plan::{MOST_BLOCKS, MOST_NODES};
 use super::*;
 use crate::build::{self, BuildOptions, Quality};
 use crate::threads::Executor;
+use crate::tree::Location;
 
 /// Splitmix64.
 struct Random(u64);
@@ -265,5 +266,5 @@ fn leaves_that_do_not_stand_in_the_order_of_their_nodes_are_found() {
     node.links.swap(0, 1);
     node.planes.as_flattened_mut().iter_mut().for_each(|row| row.swap(0, 1));
     let violation = tree.validate().expect_err("units changed places");
-    assert_eq!((violation.promise, violation.node, violation.lane), (7, at, 0));
+    assert_eq!((violation.promise, violation.location), (7, Location::Lane { node: at, lane: 0 }));
 }
