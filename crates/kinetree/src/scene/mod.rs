@@ -12,6 +12,7 @@ mod graph;
 mod input;
 mod living_mesh;
 mod mesh;
+mod offset;
 mod pose;
 mod report;
 mod ring;

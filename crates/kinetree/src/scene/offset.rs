@@ -1,0 +1,173 @@
+//! Rays that leave a surface without meeting it again.
+//!
+//! The place of a hit is computed in double precision from its weights, so that it lies in the plane of the triangle to
+//! within 2^-50 of the triangle's size, however large that is. The origin is a point of single precision next to it: it is
+//! taken into the space of the object by the operations of the queries, and moved until it is there what it has to be,
+//! beyond the plane and not beyond an edge. Nothing is assumed about the rounding on the way; it is measured.
+//!
+//! Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition 2023, section 6.8, bounds the same errors;
+//! Waechter and Binder 2019, "A Fast and Robust Method for Avoiding Self-Intersection".
+
+use glam::{DMat3, DVec3};
+
+use super::snapshot::InstanceView;
+use crate::geometry::{Affine, Precision, Ray, Triangle};
+use crate::wide::InstanceRecord;
+
+/// The least height of an origin over the plane, as a part of the distance to the farthest corner. The watertight test
+/// computes the distance to what is so near in double precision, with errors of some 2^-50 of that distance.
+const LEAST_HEIGHT: f64 = 1.0 / (1_u64 << 42) as f64;
+
+/// The same where triangles are tested in single precision: some eight roundings.
+const LEAST_HEIGHT_FAST: f64 = 1.0 / (1_u64 << 20) as f64;
+
+/// How often an origin is moved. Each time at least doubles the way, so the last ones are farther off than all roundings.
+const ATTEMPTS: usize = 32;
+
+/// How often an origin is moved inwards from an edge. Triangles smaller than the spacing of single precision may have no
+/// point over them.
+const INWARD_ATTEMPTS: usize = 6;
+
+/// The point of a triangle with the weights of a hit, object space, and in the plane of the triangle.
+pub(super) fn place(triangle: &Triangle, u: f32, v: f32) -> DVec3 {
+    let [a, b, c] = triangle.corners.map(wide);
+    let (u, v) = (f64::from(u), f64::from(v));
+    a * (1.0 - u - v) + b * u + c * v
+}
+
+/// A point of the object in the world, in double precision.
+pub(super) fn to_world(map: &Affine, point: DVec3) -> DVec3 {
+    linear(map) * point + wide(map.translation)
+}
+
+/// By how much weights may be off that were rounded to single precision a few times.
+const WEIGHT_ERROR: f64 = 1.0 / (1 << 22) as f64;
+
+/// Where a ray meets the plane of a triangle, world space, if that is where its weights say within their error; else where
+/// its weights say.
+pub(super) fn along(world_from_object: &Affine, triangle: &Triangle, [u, v]: [f32; 2], ray: &Ray) -> DVec3 {
+    let by_weights = to_world(world_from_object, place(triangle, u, v));
+    let [a, b, c] = triangle.corners.map(|corner| to_world(world_from_object, wide(corner)));
+    let (origin, direction) = (wide(ray.origin), wide(ray.direction));
+    let normal = (b - a).cross(c - a);
+    let on_ray = origin + direction * (normal.dot(by_weights - origin) / normal.dot(direction));
+    let size = (b - a).length().max((c - a).length());
+    if on_ray.distance(by_weights) <= WEIGHT_ERROR * size { on_ray } else { by_weights }
+}
+
+/// The ray in a direction that starts at the place of a hit, just off the surface, on the side that the direction points
+/// to.
+pub(super) fn leave(
+    view: &InstanceView<'_>,
+    record: &InstanceRecord,
+    (triangle, precision): (&Triangle, Precision),
+    [u, v]: [f32; 2],
+    direction: [f32; 3],
+) -> Ray {
+    let surface = Surface::new(triangle, place(triangle, u, v));
+    let world_from_object = view.world_from_object();
+    let mut base = to_world(world_from_object, surface.place);
+    // How the height above the plane, as queries see it, grows in the world.
+    let gradient = linear(&record.object_from_world).transpose() * surface.normal;
+    let toward = wide(direction);
+    let side = if gradient.dot(toward) < 0.0 { -1.0 } else { 1.0 };
+    let gradient = gradient * side;
+    // By this step in the world the height grows by one.
+    let up = gradient / gradient.length_squared();
+    if !up.is_finite() {
+        return Ray::new(base.as_vec3().into(), direction);
+    }
+    let part = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
+    let least = part * surface.reach;
+    let (mut lift, mut turn) = (least, 0.0);
+    let mut ray = Ray::new([0.0; 3], direction);
+    for attempt in 0..ATTEMPTS {
+        ray.origin = rounded(base + up * lift, up);
+        if turn > 0.0 {
+            ray.direction = rounded(toward + up * turn, up);
+        }
+        // A ray that can meet nothing there meets no surface it left.
+        let Some(local) = record.enter(&ray) else { return ray };
+        let origin = wide(local.origin);
+        let height = side * surface.normal.dot(origin - surface.place);
+        let slope = side * surface.normal.dot(wide(local.direction));
+        let inward = if attempt < INWARD_ATTEMPTS { surface.way_inward(origin, height) } else { DVec3::ZERO };
+        if height >= least && slope >= 0.0 && inward == DVec3::ZERO {
+            break;
+        }
+        if height < least {
+            lift = 2.0 * (lift + least - height);
+        }
+        if slope < 0.0 {
+            turn = 2.0 * (turn - slope);
+        }
+        base += linear(world_from_object) * (2.0 * inward);
+    }
+    ray
+}
+
+/// A triangle and a place in its plane, object space.
+struct Surface {
+    corners: [DVec3; 3],
+    place: DVec3,
+    /// Unit, or zero for a triangle without area.
+    normal: DVec3,
+    /// The largest coordinate of a corner, counted from the place.
+    reach: f64,
+}
+
+impl Surface {
+    fn new(triangle: &Triangle, place: DVec3) -> Self {
+        let corners = triangle.corners.map(wide);
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let reach = corners.map(|corner| (corner - place).abs().max_element()).into_iter().fold(0.0, f64::max);
+        Self { corners, place, normal, reach }
+    }
+
+    /// How far an origin has to be moved along the plane to be no nearer to the edges than it is to the plane: where two
+    /// walls meet, an origin that is rounded past the edge would be behind the other wall. Zero for a triangle that has no
+    /// such place.
+    fn way_inward(&self, origin: DVec3, height: f64) -> DVec3 {
+        let [a, b, c] = self.corners;
+        let mut way = DVec3::ZERO;
+        let (mut around, mut twice_area) = (0.0, 0.0);
+        for (from, to, other) in [(a, b, c), (b, c, a), (c, a, b)] {
+            let edge = to - from;
+            let length = edge.length();
+            let across = self.normal.cross(edge / length);
+            let missing = height - across.dot(origin - from);
+            if missing > 0.0 {
+                way += across * missing;
+            }
+            around += length;
+            twice_area = length * across.dot(other - from);
+        }
+        // The radius of the circle in the triangle.
+        let radius = twice_area / around;
+        if way.length_squared() <= radius * radius { way } else { DVec3::ZERO }
+    }
+}
+
+/// Single precision, each coordinate rounded to the side that a vector points to.
+fn rounded(point: DVec3, toward: DVec3) -> [f32; 3] {
+    [0, 1, 2].map(|axis| {
+        let near = point[axis] as f32;
+        let apart = f64::from(near) - point[axis];
+        if toward[axis] > 0.0 && apart < 0.0 {
+            near.next_up()
+        } else if toward[axis] < 0.0 && apart > 0.0 {
+            near.next_down()
+        } else {
+            near
+        }
+    })
+}
+
+fn linear(map: &Affine) -> DMat3 {
+    DMat3::from_cols(wide(map.x_axis), wide(map.y_axis), wide(map.z_axis))
+}
+
+fn wide(v: [f32; 3]) -> DVec3 {
+    glam::Vec3::from(v).as_dvec3()
+}
