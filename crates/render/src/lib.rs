@@ -29,7 +29,7 @@
 //! | for who brings no light and no camera | `lighting`, `framing` |
 //! | from a frame to a film to bytes | `render`, `film`, `tonemap` |
 //! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
-//! | what happens at a place | `dress`, `shading`, `origin`, `scatter`, `panes` |
+//! | what happens at a place | `dress`, `shading`, `scatter`, `panes` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
@@ -44,7 +44,6 @@ mod light;
 mod lighting;
 mod lights;
 mod look;
-mod origin;
 mod panes;
 mod render;
 mod sampler;

@@ -4,15 +4,15 @@ use glam::{DVec3, Vec3};
 use kinetree::{Affine, Hit, InstanceView, Ray};
 
 use crate::dress::Dress;
-use crate::{Frame, Material, origin};
+use crate::{Frame, Material};
 
 /// A place on a surface, as seen from somewhere.
 #[derive(Clone, Copy)]
 pub(crate) struct ShadingPoint<'a> {
     /// World space.
     pub(crate) position: Vec3,
-    /// How far above the surface rays start, metres.
-    lift: f32,
+    /// Where rays start that leave on the viewer's side.
+    above: Vec3,
     /// Unit geometric normal, on the side of the viewer.
     pub(crate) facing: Vec3,
     /// Unit normal for shading, on the side of the viewer.
@@ -29,6 +29,8 @@ pub(crate) struct ShadingPoint<'a> {
     pub(crate) instance: u32,
     /// Index of the triangle within its mesh.
     pub(crate) primitive: u32,
+    frame: &'a Frame,
+    hit: Hit,
 }
 
 impl<'a> ShadingPoint<'a> {
@@ -38,10 +40,6 @@ impl<'a> ShadingPoint<'a> {
         let triangle = instance.triangles()[hit.primitive as usize].map(|vertex| vertex as usize);
         let corners = triangle.map(|vertex| Vec3::from(instance.positions()[vertex]));
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let local = blend(corners, weights);
-        let position = Vec3::from(instance.world_from_object().transform_point(local.into()));
-        let terms = blend(corners.map(Vec3::abs), weights);
-
         let geometric = geometric_normal(&instance, corners).unwrap_or(-direction);
         let front = geometric.dot(direction) <= 0.0;
         let facing = if front { geometric } else { -geometric };
@@ -50,8 +48,8 @@ impl<'a> ShadingPoint<'a> {
         let dress = Dress::at(&frame.look, &instance, hit.primitive, [hit.u, hit.v]);
         let emits = front || dress.material.two_sided;
         Self {
-            position,
-            lift: origin::lift(instance.world_from_object(), terms),
+            position: frame.view.position(hit).into(),
+            above: frame.view.leave(hit, facing.into()).origin.into(),
             facing,
             normal,
             front,
@@ -60,6 +58,8 @@ impl<'a> ShadingPoint<'a> {
             emission: if emits { dress.emission() } else { Vec3::ZERO },
             instance: hit.instance_index(),
             primitive: hit.primitive,
+            frame,
+            hit: *hit,
         }
     }
 
@@ -70,8 +70,11 @@ impl<'a> ShadingPoint<'a> {
 
     /// Where a ray in a direction starts: just off the surface, on the side that the direction points to.
     pub(crate) fn origin(&self, direction: Vec3) -> Vec3 {
-        let side = if self.facing.dot(direction) < 0.0 { -self.facing } else { self.facing };
-        origin::lifted(self.position, side, self.lift)
+        if self.facing.dot(direction) < 0.0 {
+            self.frame.view.leave(&self.hit, (-self.facing).into()).origin.into()
+        } else {
+            self.above
+        }
     }
 }
 

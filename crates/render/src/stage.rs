@@ -48,6 +48,9 @@ pub struct Tracer<'a> {
 /// After so many panes a shadow ray counts as blocked.
 const MOST_PANES: u32 = 64;
 
+/// A shadow ray goes on at this multiple of the distance to a pane: what is nearer is the pane itself.
+const BEYOND: f32 = 1.0 + 4.0 * f32::EPSILON;
+
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
     pub fn new(stage: &'a Stage<'a>) -> Self {
@@ -161,7 +164,8 @@ impl<'a> Tracer<'a> {
             let Some(passed) = scatter::passed(&point, -direction) else { return Vec3::ZERO };
             fraction *= passed;
             if pane < MOST_PANES {
-                ray = Ray::new(point.origin(direction).into(), ray.direction).with_range(0.0, ray.t_max - met.t);
+                // The same ray, so that it ends where it was to end.
+                ray = ray.with_range(met.t * BEYOND, ray.t_max);
                 hit = self.closest_hit(&ray);
             }
         }

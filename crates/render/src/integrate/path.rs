@@ -196,11 +196,9 @@ impl Walk {
                 self.asked = None;
                 self.compressed *= eta * eta;
             }
-            Kind::Passed { probability } => {
-                if let Some(asked) = &mut self.asked {
-                    asked.density *= probability;
-                }
-            }
+            // Asking lights does not know what panes are on the way when it weighs: neither does this, so that the weights of
+            // the two ways sum to one.
+            Kind::Passed => {}
         }
     }
 

@@ -3,14 +3,14 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use kinetree::InstanceView;
+use kinetree::{InstanceView, Ray};
 
 use super::LightSample;
 use crate::color::luminance;
 use crate::dress::Dress;
 use crate::shading::geometric_normal;
 use crate::warp;
-use crate::{Frame, Surface, origin};
+use crate::{Frame, Surface};
 
 /// A triangle that emits, in the world.
 #[derive(Debug, Clone, Copy)]
@@ -24,8 +24,6 @@ pub(super) struct Emitter {
     normal: Vec3,
     /// Square metres.
     pub(super) area: f32,
-    /// How far above the triangle a point is out of reach of rounding, metres.
-    lift: f32,
     /// Emitted by all sides together: luminance of the flux.
     pub(super) power: f32,
 }
@@ -78,14 +76,12 @@ impl Emitter {
         }
         let sides = if Dress::at(&frame.look, instance, primitive, [0.3; 2]).material.two_sided { 2.0 } else { 1.0 };
         let power = shine / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
-        let terms = local.iter().map(|corner| corner.abs()).fold(Vec3::ZERO, Vec3::max);
         (power > 0.0 && power.is_finite()).then_some(Self {
             instance: instance.index(),
             primitive,
             corners,
             normal,
             area,
-            lift: origin::lift(placement, terms),
             power,
         })
     }
@@ -105,23 +101,39 @@ impl Emitter {
         let [a, b, c] = self.corners;
         let at = a * (1.0 - v - w) + b * v + c * w;
         let front = self.normal.dot(from - at) > 0.0;
-        let dress = Dress::at(&frame.look, &frame.view.instance_at(self.instance), self.primitive, [v, w]);
+        let instance = frame.view.instance_at(self.instance);
+        let dress = Dress::at(&frame.look, &instance, self.primitive, [v, w]);
         if !front && !dress.material.two_sided {
             return None;
         }
         let density = self.density(from, at);
-        let side = if front { self.normal } else { -self.normal };
-        let offset = origin::lifted(at, side, self.lift) - from;
-        let distance = offset.length();
+        let direction = (at - from).normalize();
+        let distance = distance_to(&instance, self.primitive, &Ray::new(from.into(), direction.into()))? * SHORT_OF;
         let radiance = dress.emission() * dress.presence();
         (density > 0.0 && distance > 0.0).then_some(LightSample {
-            direction: offset / distance,
+            direction,
             distance,
             radiance,
             density,
             is_delta: false,
         })
     }
+}
+
+/// Shadow rays end at this part of the way to a lamp, so that they never meet the lamp itself: its distance is rounded twice,
+/// here and in the query.
+const SHORT_OF: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// Where a ray meets the plane of a triangle, as a query will find it: the ray is rounded as it is there. A direction is never
+/// quite the one that was meant, and the distance to a lamp that is seen from the side depends on it.
+fn distance_to(instance: &InstanceView<'_>, primitive: u32, ray: &Ray) -> Option<f32> {
+    let local = instance.ray_in_object(ray)?;
+    let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
+    let corners = instance.triangles()[primitive as usize];
+    let [a, b, c] = corners.map(|vertex| wide(instance.positions()[vertex as usize]));
+    let normal = (b - a).cross(c - a);
+    let distance = normal.dot(a - wide(local.origin)) / normal.dot(wide(local.direction));
+    distance.is_finite().then_some(distance as f32)
 }
 
 #[cfg(test)]

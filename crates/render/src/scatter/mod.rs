@@ -41,10 +41,7 @@ pub(crate) enum Kind {
         eta: f32,
     },
     /// Straight on, as if nothing were there.
-    Passed {
-        /// How likely it was to pass.
-        probability: f32,
-    },
+    Passed,
 }
 
 /// Whether light from any given direction is scattered to the viewer, so that asking lights makes sense.

@@ -1,7 +1,7 @@
 //! A pane without thickness: reflects, or lets light pass straight on.
 //!
-//! Because what passes is not bent, a shadow ray may pass too: [`passed`] says how much gets through, and a path that went
-//! straight on remembers how likely that was, so that the two ways of finding a light can be weighed against each other.
+//! Because what passes is not bent, a shadow ray may pass too: [`passed`] says how much gets through. A path that passes goes on
+//! as if nothing had been there, and the two ways of finding a light are weighed against each other without the pane.
 
 use glam::Vec3;
 
@@ -16,7 +16,7 @@ pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u:
     if u < reflected {
         Bounce { direction: mirrored(toward_viewer, normal), weight: Vec3::ONE, kind: Kind::Mirrored }
     } else {
-        Bounce { direction: -toward_viewer, weight: point.color, kind: Kind::Passed { probability: 1.0 - reflected } }
+        Bounce { direction: -toward_viewer, weight: point.color, kind: Kind::Passed }
     }
 }
 
