@@ -38,7 +38,6 @@ impl Default for Path {
 struct Asked {
     /// Where its rays started.
     position: Vec3,
-    normal: Vec3,
     /// Per steradian.
     density: f32,
 }
@@ -110,8 +109,7 @@ impl Path {
         }
         let direction = Vec3::from(ray.direction);
         let Some(point) = point else {
-            let normal = walk.asked.map_or(direction, |asked| asked.normal);
-            for (radiance, density) in lights.seen_far(direction, normal) {
+            for (radiance, density) in lights.seen_far(direction) {
                 walk.find(radiance, |_| density);
             }
             return (questions, None);
@@ -127,8 +125,8 @@ impl Path {
         if scatter::is_spread(point) {
             let near = lights.sample_near(point, sampler);
             let punctual = lights.sample_punctual(point, sampler);
-            let far = lights.sample_far(point, sampler);
-            questions = [walk.ask(point, near), walk.ask(point, punctual), walk.ask(point, far)];
+            let sun = lights.sample_sun(sampler);
+            questions = [walk.ask(point, near), walk.ask(point, punctual), walk.ask(point, sun)];
         }
         let Some(next) = scatter::sample(point, -direction, sampler) else { return (questions, None) };
         walk.follow(point, &next);
@@ -189,7 +187,7 @@ impl Walk {
         match next.kind {
             Kind::Spread { density } => {
                 let position = point.origin(point.facing);
-                self.asked = Some(Asked { position, normal: point.normal, density });
+                self.asked = Some(Asked { position, density });
             }
             Kind::Mirrored => self.asked = None,
             Kind::Refracted { eta } => {

@@ -25,7 +25,7 @@ impl Integrator for SimplePath {
             sampler.begin_bounce(bounce);
             let direction = Vec3::from(ray.direction);
             let Some(point) = tracer.see(&ray) else {
-                let seen: Vec3 = lights.seen_far(direction, direction).map(|(radiance, _)| radiance).sum();
+                let seen: Vec3 = lights.seen_far(direction).map(|(radiance, _)| radiance).sum();
                 return (gathered + throughput * seen).into();
             };
             gathered += throughput * point.emission;

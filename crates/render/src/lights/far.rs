@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::LightSample;
 use crate::color::{cleaned, luminance};
-use crate::warp::{Basis, cone, cosine_hemisphere};
+use crate::warp::{Basis, cone};
 use crate::{Light, Sky};
 
 /// A sun: one direction, or a disc around it.
@@ -47,6 +47,11 @@ impl Sun {
     /// Luminance of the irradiance on a surface that faces it.
     pub(super) fn power(&self) -> f32 {
         luminance(self.irradiance)
+    }
+
+    /// The direction to its middle, and the irradiance.
+    pub(super) fn middle(&self) -> (Vec3, Vec3) {
+        (self.toward, self.irradiance)
     }
 
     /// A direction of the disc; the only one there is for a sun without a disc.
@@ -107,28 +112,11 @@ pub(super) fn sky_power(sky: &Sky) -> f32 {
     if power.is_finite() { power } else { 0.0 }
 }
 
-/// Density with which [`sample_sky`] finds a direction.
-pub(super) fn sky_density(normal: Vec3, direction: Vec3) -> f32 {
-    normal.dot(direction).max(0.0) / PI
-}
-
-/// A direction of the sky, by the cosine about a surface's normal.
-pub(super) fn sample_sky(sky: &Sky, normal: Vec3, u: [f32; 2]) -> Option<LightSample> {
-    let direction = Basis::around(normal).to_world(cosine_hemisphere(u.into())).normalize();
-    let density = sky_density(normal, direction);
-    (density > 0.0).then(|| LightSample {
-        direction,
-        distance: f32::INFINITY,
-        radiance: sky_radiance(sky, direction),
-        density,
-        is_delta: false,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Sampler;
+    use crate::warp::cosine_hemisphere;
 
     fn sun(angle: f32) -> Sun {
         let light = Light::Sun { direction: [0.0, -2.0, 0.0], irradiance: [3.0, 2.0, 1.0], angle };
@@ -167,8 +155,8 @@ mod tests {
         let sky = Sky::Gradient { zenith: [4.0; 3], horizon: [1.0; 3], ground: [0.0; 3] };
         let count = 1024;
         let irradiance: f32 = (0..count)
-            .filter_map(|i| sample_sky(&sky, Vec3::Y, Sampler::new(7, [0, 0], i).next_2d()))
-            .map(|light| light.radiance.x * light.direction.y / light.density / count as f32)
+            .map(|i| cosine_hemisphere(Sampler::new(7, [0, 0], i).next_2d().into()))
+            .map(|local| sky_radiance(&sky, Vec3::new(local.x, local.z, local.y)).x * PI / count as f32)
             .sum();
         // pi horizon + 2 pi / 3 (zenith - horizon).
         assert!((irradiance - 3.0 * PI).abs() < 1e-2, "{irradiance}");

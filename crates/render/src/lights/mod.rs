@@ -1,11 +1,13 @@
 //! All that shines in a frame, and how to ask for its light.
 //!
-//! There are three groups, asked separately at every place: triangles that emit, points and spots, and what is infinitely
-//! far (suns, sky). None has to compete with the others for samples, so a lamp in a room is not forgotten because of the
-//! sun outside. Triangles and far lights are drawn in proportion to their power, points and spots by what they would bring
-//! to the place, as long as there are not too many to ask them all.
+//! There are three groups, asked separately at every place: triangles that emit, points and spots, and suns. None has to
+//! compete with the others for samples, so a lamp in a room is not forgotten because of the sun outside. Triangles and suns
+//! are drawn in proportion to their power, points and spots by what they would bring to the place, as long as there are not
+//! too many to ask them all.
 //!
-//! An image of the surroundings would be another kind of sky, in `far.rs`.
+//! The sky is not asked: it is smooth, and a surface that spreads light finds it by scattering as well as by any other draw.
+//! A shadow ray to it would be a second ray with the same distribution; without it every sun has a sample at every place.
+//! An image of the surroundings would be another kind of sky, in `far.rs`, and would have to be asked.
 
 mod alias;
 mod emitters;
@@ -55,8 +57,10 @@ pub(crate) struct LightTable<'a> {
     /// By power.
     punctual_odds: AliasTable,
     suns: Vec<Sun>,
-    /// First the suns, then the sky.
-    far: AliasTable,
+    /// By power.
+    sun_odds: AliasTable,
+    /// Whether the sky is not black.
+    has_sky: bool,
 }
 
 impl<'a> LightTable<'a> {
@@ -74,12 +78,12 @@ impl<'a> LightTable<'a> {
         let suns: Vec<_> = frame.lights.iter().filter_map(Sun::new).collect();
         let near: Vec<f64> = emitters.iter().map(|emitter| f64::from(emitter.power)).collect();
         let points: Vec<f64> = punctual.iter().map(|light| f64::from(light.power())).collect();
-        let sky = far::sky_power(&frame.look.sky);
-        let far: Vec<f64> = suns.iter().map(Sun::power).chain([sky]).map(f64::from).collect();
+        let powers: Vec<f64> = suns.iter().map(|sun| f64::from(sun.power())).collect();
         Self {
             near: AliasTable::new(&near),
             punctual_odds: AliasTable::new(&points),
-            far: AliasTable::new(&far),
+            sun_odds: AliasTable::new(&powers),
+            has_sky: far::sky_power(&frame.look.sky) > 0.0,
             frame,
             emitters,
             of_instance,
@@ -90,12 +94,27 @@ impl<'a> LightTable<'a> {
 
     /// Whether there is a sun, or a sky that is not black.
     pub(crate) fn has_far(&self) -> bool {
-        !self.far.is_empty()
+        !self.suns.is_empty() || self.has_sky
+    }
+
+    /// Radiance of the sky from a direction.
+    pub(crate) fn sky(&self, direction: Vec3) -> Vec3 {
+        far::sky_radiance(&self.frame.look.sky, direction)
+    }
+
+    /// The direction to each sun, and its irradiance on a surface that faces it.
+    pub(crate) fn suns(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        self.suns.iter().map(Sun::middle)
+    }
+
+    /// Luminance of the irradiance of suns and sky in the open, about.
+    pub(crate) fn daylight(&self) -> f32 {
+        self.suns.iter().map(Sun::power).sum::<f32>() + far::sky_power(&self.frame.look.sky)
     }
 
     /// Whether anything shines at all.
     pub(crate) fn is_empty(&self) -> bool {
-        self.near.is_empty() && self.punctual.is_empty() && self.far.is_empty()
+        self.near.is_empty() && self.punctual.is_empty() && !self.has_far()
     }
 
     /// Asks one of the triangles.
@@ -121,18 +140,13 @@ impl<'a> LightTable<'a> {
         chosen(self.punctual[index].sample(from), self.punctual_odds.probability(index))
     }
 
-    /// Asks one of the far lights.
-    pub(crate) fn sample_far(&self, point: &ShadingPoint<'_>, sampler: &mut Sampler) -> Option<LightSample> {
-        if self.far.is_empty() {
+    /// Asks one of the suns.
+    pub(crate) fn sample_sun(&self, sampler: &mut Sampler) -> Option<LightSample> {
+        if self.sun_odds.is_empty() {
             return None;
         }
-        let index = draw(&self.far, sampler)?;
-        let u = sampler.next_2d();
-        let sample = match self.suns.get(index) {
-            Some(sun) => Some(sun.sample(u)),
-            None => far::sample_sky(&self.frame.look.sky, point.normal, u),
-        };
-        chosen(sample, self.far.probability(index))
+        let index = draw(&self.sun_odds, sampler)?;
+        chosen(Some(self.suns[index].sample(sampler.next_2d())), self.sun_odds.probability(index))
     }
 
     /// Every light without extent, as it arrives where rays start.
@@ -153,13 +167,12 @@ impl<'a> LightTable<'a> {
     }
 
     /// What is seen in a direction in which nothing is: each light's radiance, and the density per solid angle with which
-    /// [`LightTable::sample_far`] finds the direction on a surface with a normal.
-    pub(crate) fn seen_far(&self, direction: Vec3, normal: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
+    /// [`LightTable::sample_sun`] finds the direction.
+    pub(crate) fn seen_far(&self, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
         let suns = self.suns.iter().enumerate().filter_map(move |(index, sun)| {
-            sun.seen(direction).map(|(radiance, density)| (radiance, density * self.far.probability(index)))
+            sun.seen(direction).map(|(radiance, density)| (radiance, density * self.sun_odds.probability(index)))
         });
-        let density = far::sky_density(normal, direction) * self.far.probability(self.suns.len());
-        suns.chain([(far::sky_radiance(&self.frame.look.sky, direction), density)])
+        suns.chain([(far::sky_radiance(&self.frame.look.sky, direction), 0.0)])
     }
 }
 
