@@ -12,9 +12,13 @@ pub(crate) fn bounded(value: f32, most: f32) -> f32 {
     if value > 0.0 { value.min(most) } else { 0.0 }
 }
 
-/// A colour that can be reckoned with: what is negative or not a number becomes black, infinity the largest number.
+/// The most light of any kind that is reckoned with. The surface of the sun has 2e7 W/(m^2 sr); products of this with areas, squared
+/// distances and inverse densities stay finite.
+pub(crate) const MOST_LIGHT: f32 = 1e20;
+
+/// A colour that can be reckoned with: what is negative or not a number becomes black, and what is more than [`MOST_LIGHT`] that.
 pub(crate) fn cleaned(color: [f32; 3]) -> Vec3 {
-    Vec3::from(color.map(|channel| bounded(channel, f32::MAX)))
+    Vec3::from(color.map(|channel| bounded(channel, MOST_LIGHT)))
 }
 
 /// A reflectance: cleaned, and at most one.
@@ -56,7 +60,7 @@ mod tests {
 
     #[test]
     fn what_is_no_colour_becomes_one() {
-        assert_eq!(cleaned([f32::NAN, -1.0, f32::INFINITY]), Vec3::new(0.0, 0.0, f32::MAX));
+        assert_eq!(cleaned([f32::NAN, -1.0, f32::INFINITY]), Vec3::new(0.0, 0.0, MOST_LIGHT));
         assert_eq!(reflectance([f32::NAN, 0.5, 7.0]), Vec3::new(0.0, 0.5, 1.0));
         assert_eq!(srgb_from_linear(f32::NAN), 0);
     }

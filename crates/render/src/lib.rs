@@ -27,7 +27,7 @@
 //! |---|---|
 //! | what worlds are made of | `world`, `look`, `texture`, `light`, `camera` |
 //! | for who brings no light and no camera | `lighting`, `framing` |
-//! | from a frame to a film to bytes | `render`, `film`, `tonemap` |
+//! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
 //! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
 //! | what happens at a place | `dress`, `shading`, `scatter`, `panes` |
 //! | where light comes from | `lights` |
@@ -44,6 +44,7 @@ mod light;
 mod lighting;
 mod lights;
 mod look;
+mod metering;
 mod panes;
 mod render;
 mod sampler;
@@ -64,6 +65,7 @@ pub use integrate::{
 pub use light::Light;
 pub use lighting::{daylight, default_lighting, is_dark};
 pub use look::{Alpha, Look, Material, Part, Scatter, Sky, Surface, TextureRef};
+pub use metering::metered_exposure;
 pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings, render, render_with};
 pub use sampler::Sampler;
 pub use stage::{Stage, Tracer};

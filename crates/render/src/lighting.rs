@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use kinetree::EditError;
 
+use crate::camera::Lens;
 use crate::color::luminance;
 use crate::lights::LightTable;
-use crate::{Camera, Frame, Light, LightSource, Settings, Sky, World, default_camera, render};
+use crate::{Camera, CameraSource, Frame, Light, LightSource, Settings, Sky, World, default_camera, render};
 
 /// Columns, rows and samples per pixel of the picture by which darkness is judged.
 const TRIAL: [u32; 3] = [32, 18, 32];
@@ -34,6 +35,11 @@ pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
     if lights.is_empty() || lights.has_far() {
         return lights.is_empty();
     }
+    looks_dark(frame, camera)
+}
+
+/// Whether more than half of what a camera sees is black, whatever the lights are.
+fn looks_dark(frame: &Frame, camera: &Camera) -> bool {
     let [width, height, spp] = TRIAL;
     let settings = Settings { width, height, spp, max_depth: 8, ..Settings::default() };
     let Ok(trial) = render(frame, camera, &settings, &|_| ControlFlow::Continue(())) else { return false };
@@ -44,23 +50,53 @@ pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
 }
 
 /// Gives a world [`daylight`] if at time 0 it [is dark](is_dark) for its first camera, or else for the
-/// [default one](default_camera), and says whether it did. Call it after loading, before frames are made: those keep the
+/// [default one](default_camera), and says whether it did. Where it stays dark, since daylight does not get in, the world
+/// gets a lamp at the camera instead. Call it after loading, before frames are made: those keep the
 /// look they were made with.
 ///
 /// # Errors
 /// An edit of the motion that the scene refused.
 pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
     let frame = world.frame(0.0)?;
-    let camera = match world.cameras.first() {
+    let source = world.cameras.first().cloned();
+    let camera = match &source {
         Some(source) => world.camera(source)?,
         None => default_camera(&frame, 16.0 / 9.0),
     };
-    let dark = is_dark(&frame, &camera);
-    drop(frame);
-    if dark {
-        let (sky, sun) = daylight();
-        Arc::make_mut(&mut world.look).sky = sky;
-        world.lights.push(LightSource { node: None, light: sun });
+    if !is_dark(&frame, &camera) {
+        return Ok(false);
     }
-    Ok(dark)
+    drop(frame);
+    let (sky, sun) = daylight();
+    let own_sky = std::mem::replace(&mut Arc::make_mut(&mut world.look).sky, sky);
+    world.lights.push(LightSource { node: None, light: sun });
+    let frame = world.frame(0.0)?;
+    if looks_dark(&frame, &camera) && !is_empty(&frame) {
+        let lamp = lamp_at(&frame, &camera);
+        world.lights.pop();
+        world.lights.push(match source {
+            Some(CameraSource { node, camera, .. }) => LightSource { node, light: lamp(camera.position()) },
+            None => LightSource { node: None, light: lamp(camera.position()) },
+        });
+        drop(frame);
+        Arc::make_mut(&mut world.look).sky = own_sky;
+    }
+    Ok(true)
+}
+
+fn is_empty(frame: &Frame) -> bool {
+    frame.view.instances().len() == 0
+}
+
+/// A lamp for a place, bright enough for what the camera sees in its middle: there it lights as the sun does.
+fn lamp_at(frame: &Frame, camera: &Camera) -> impl Fn([f32; 3]) -> Light + use<> {
+    let lens = Lens::new(camera, 1.0);
+    let mut distances: Vec<f32> = (0..64)
+        .map(|i| lens.ray([(i % 8) as f32 / 8.0 + 0.0625, (i / 8) as f32 / 8.0 + 0.0625]))
+        .filter_map(|ray| frame.view.closest_hit(&ray))
+        .map(|hit| hit.t)
+        .collect();
+    distances.sort_unstable_by(f32::total_cmp);
+    let distance = distances.get(distances.len() / 2).copied().unwrap_or(1.0).clamp(1e-6, 1e6);
+    move |position| Light::Point { position, intensity: [4.0 * distance * distance; 3], range: f32::INFINITY }
 }

@@ -38,8 +38,12 @@ const MIDDLE_GREY: f32 = 0.18;
 ///
 /// Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images".
 pub fn automatic_exposure(film: &Film) -> f32 {
-    let mut logs: Vec<f32> = film
-        .pixels()
+    exposure_of(film.pixels())
+}
+
+/// The same of some pixels.
+pub(crate) fn exposure_of(pixels: &[[f32; 3]]) -> f32 {
+    let mut logs: Vec<f32> = pixels
         .iter()
         .map(|&pixel| luminance(cleaned(pixel)))
         .filter(|&brightness| brightness > 1e-8 && brightness.is_finite())

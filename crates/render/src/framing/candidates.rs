@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::region::Region;
+use super::region::{Objects, Region};
 use crate::Camera;
 
 /// Vertical field of view of cameras that look at the region, radians.
@@ -15,8 +15,53 @@ const INSIDE_FOV: f32 = 1.15;
 /// Azimuths in the order in which they are tried, in turns: a little from the side first.
 const AZIMUTHS: [f32; 8] = [0.09, 0.91, 0.16, 0.84, 0.34, 0.66, 0.41, 0.59];
 
+/// Of more objects than these, the region is a place that may be seen from nearer by.
+const FEW: usize = 8;
+/// The part of the width or height of the picture that objects take up which are shown whole.
+const FILLED: f32 = 0.88;
+
+/// Where cameras stand that see the region from outside.
+pub(super) fn outside(region: &Region, aspect: f32) -> Vec<Camera> {
+    match region.objects() {
+        Some(objects) if objects.count <= FEW => whole(objects, aspect),
+        Some(objects) => whole(objects, aspect).into_iter().chain(around(region, aspect)).collect(),
+        None => around(region, aspect),
+    }
+}
+
+/// From all sides, as near as all of the objects are in the picture.
+fn whole(objects: &Objects, aspect: f32) -> Vec<Camera> {
+    let directions =
+        [0.2, 0.35, 0.55].into_iter().flat_map(|elevation| AZIMUTHS.map(|turn| direction(turn, elevation)));
+    directions.filter_map(|toward| fitted(&objects.corners, toward, aspect)).collect()
+}
+
+/// The nearest camera in a direction that has all points within the picture. Along each axis of the picture the points bound
+/// two planes through the eye, and the eye stands where the farther pair of planes meets.
+fn fitted(points: &[Vec3], toward: Vec3, aspect: f32) -> Option<Camera> {
+    let right = Vec3::Y.cross(toward).normalize();
+    let up = toward.cross(right);
+    let tangent = FILLED * (0.5 * OUTSIDE_FOV).tan();
+    // Counted from a point among them, so that small objects far away keep their digits.
+    let middle = *points.first()?;
+    // Coordinate across the picture, and how far back the eye has to stand.
+    let fit = |axis: Vec3, tangent: f32| {
+        let (mut low, mut high) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
+        for &point in points {
+            let (along, back) = ((point - middle).dot(axis), (point - middle).dot(toward) * tangent);
+            (low, high) = (low.max(back - along), high.max(back + along));
+        }
+        (0.5 * (high - low), 0.5 * (high + low) / tangent)
+    };
+    let ((x, back_x), (y, back_y)) = (fit(right, tangent * aspect), fit(up, tangent));
+    let back = back_x.max(back_y);
+    let eye = middle + right * x + up * y + toward * back;
+    let target = eye - toward * back.max(1e-5);
+    eye.is_finite().then(|| Camera::look_at(eye.into(), target.into(), OUTSIDE_FOV))
+}
+
 /// Around the region, a little above, near and far.
-pub(super) fn around(region: &Region, aspect: f32) -> Vec<Camera> {
+fn around(region: &Region, aspect: f32) -> Vec<Camera> {
     let half_fov = 0.5 * OUTSIDE_FOV;
     let narrow = (half_fov.tan() * aspect).atan().min(half_fov);
     let mut cameras = Vec::new();
@@ -60,4 +105,36 @@ pub(super) fn direction(azimuth: f32, elevation: f32) -> Vec3 {
 pub(super) fn shadow(half: Vec3, along: Vec3) -> f32 {
     let depth = half.dot(along.abs());
     (half.length_squared() - 0.5 * depth * depth).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Lens;
+
+    #[test]
+    fn objects_that_are_shown_whole_touch_the_margin_and_do_not_cross_it() {
+        // A tall thing, a wide one, and a small one far away.
+        for (size, place) in
+            [([0.3, 2.0, 0.4], [0.0; 3]), ([9.0, 0.1, 3.0], [5.0, 0.0, 0.0]), ([1e-3; 3], [50.0, 20.0, -70.0])]
+        {
+            let corner = |i: u32| {
+                Vec3::from(
+                    [0, 1, 2].map(|axis| place[axis] + if i >> axis & 1 == 0 { -size[axis] } else { size[axis] }),
+                )
+            };
+            let points: Vec<Vec3> = (0..8).map(corner).collect();
+            for turn in AZIMUTHS {
+                for aspect in [0.5, 1.0, 16.0 / 9.0] {
+                    let camera = fitted(&points, direction(turn, 0.35), aspect).expect("there are points");
+                    let within = |part: f32| {
+                        let fov_y = 2.0 * (part * (0.5 * camera.fov_y).tan()).atan();
+                        let lens = Lens::new(&Camera { fov_y, ..camera }, aspect);
+                        points.iter().filter(|&&point| lens.frames(point)).count()
+                    };
+                    assert!(within(FILLED + 0.02) == 8 && within(FILLED - 0.02) < 8, "{size:?} {turn} {aspect}");
+                }
+            }
+        }
+    }
 }

@@ -3,8 +3,9 @@
 //! Where something moves, that is what the picture is about: `bodies` finds what moves, `subject` the group to be shown,
 //! and `portrait` the camera that shows it best. Where nothing does, or it cannot be seen, the place itself is shown. Where most of the surface is, weighed so that a few huge or far triangles do not decide, is the region of interest.
 //! Some dozens of cameras are tried, around it and inside it; each looks with a few hundred rays, and the one that sees
-//! most of the region, in most variety, is taken. So a car on a plain is seen from outside, and a kitchen from within.
+//! most of the region, in most variety, is taken. So a car on a plain is seen from outside, as a whole, and a kitchen from within.
 
+mod backdrop;
 mod bodies;
 mod candidates;
 mod picture;
@@ -36,7 +37,7 @@ pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
 /// The camera that shows a region best.
 fn overview(frame: &Frame, region: &Region, aspect: f32) -> Camera {
     let mut best: Option<(f32, Camera)> = None;
-    for camera in candidates::around(region, aspect).into_iter().chain(candidates::inside(region)) {
+    for camera in candidates::outside(region, aspect).into_iter().chain(candidates::inside(region)) {
         let score = score::score(frame, region, &camera, aspect);
         // The first of equals stays.
         if best.is_none_or(|(most, _)| score > most) {
@@ -47,4 +48,9 @@ fn overview(frame: &Frame, region: &Region, aspect: f32) -> Camera {
         || Camera::look_at((region.center() + Vec3::ONE * region.radius()).into(), region.center().into(), 0.8),
         |(_, camera)| camera,
     )
+}
+
+/// The radius of the region of interest, metres; `None` for a frame without triangles.
+pub(crate) fn region_radius(frame: &Frame) -> Option<f32> {
+    Region::of(frame).map(|region| region.radius())
 }
