@@ -384,6 +384,13 @@ def compare(name, ours, theirs):
     return ratio, error, worst, noise
 
 
+def built():
+    """The program that renders glTF files to float maps."""
+    subprocess.run(["cargo", "build", "--release", "-p", "kinetree-gltf", "--example", "film"], cwd=ROOT, check=True)
+    metadata = subprocess.run(["cargo", "metadata", "--format-version", "1", "--no-deps"], cwd=ROOT, check=True, capture_output=True)
+    return pathlib.Path(json.loads(metadata.stdout)["target_directory"]) / "release" / "examples" / "film"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=8)
@@ -391,13 +398,12 @@ def main():
     parser.add_argument("--size", type=int, default=96)
     parser.add_argument("--only")
     parser.add_argument("--keep", help="a folder for the scenes and pictures")
+    parser.add_argument("--program", help="the example `film`, built before")
     arguments = parser.parse_args()
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb", "scalar_rgb")
-    subprocess.run(["cargo", "build", "--release", "-p", "kinetree-gltf", "--example", "film"], cwd=ROOT, check=True)
-    target = json.loads(subprocess.run(["cargo", "metadata", "--format-version", "1", "--no-deps"], cwd=ROOT, check=True, capture_output=True).stdout)["target_directory"]
-    program = pathlib.Path(target) / "release" / "examples" / "film"
+    program = arguments.program or built()
     temporary = tempfile.TemporaryDirectory()
     top = pathlib.Path(arguments.keep or temporary.name)
     print(f"Mitsuba {mi.__version__} ({mi.variant()}), {arguments.size} x {arguments.size} pixels, {arguments.runs} runs of {arguments.spp} samples each.\n")

@@ -4,7 +4,7 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::time::Instant;
 
-use kinetree_render::{Camera, Frame, Rendered, Settings, automatic_exposure, develop, encode, render};
+use kinetree_render::{Camera, Frame, Rendered, Settings, develop, encode, metered_exposure, render};
 
 use crate::args::{Common, RenderArgs};
 use crate::camera::Viewer;
@@ -99,7 +99,8 @@ impl Work<'_> {
         let rendered = self.trace(&frame, &camera)?;
         let traced = Instant::now();
         let file = self.names.of(number);
-        let exposure = self.picture(&rendered, &file, destination)?;
+        let exposure = self.exposure(&rendered, &frame, &camera);
+        write_picture(&rendered, exposure, &file, destination)?;
 
         let kernel_ms = millis(rendered.trace_time);
         let frame_ms = millis(start.elapsed());
@@ -142,18 +143,18 @@ impl Work<'_> {
         render(frame, camera, &settings, &tell).map_err(|error| Failure::work(format!("{}: {error}", self.opened.name)))
     }
 
-    /// Brings a film to a file, and gives the exposure, if there was one.
-    fn picture(&mut self, rendered: &Rendered, file: &Path, to: Destination) -> Result<Option<f32>, Failure> {
-        let film = &rendered.film;
-        let exposure = if rendered.is_display_ready {
-            None
-        } else {
-            Some(*self.exposure.get_or_insert_with(|| automatic_exposure(film)))
-        };
-        let srgb = exposure.map_or_else(|| encode(film), |exposure| develop(film, exposure));
-        let bytes = png(&srgb, [film.width(), film.height()]);
-        let bytes = bytes.map_err(|error| Failure::work(format!("{}: cannot be encoded: {error}", file.display())))?;
-        to.write(&bytes)?;
-        Ok(exposure)
+    /// What a film is multiplied by, if its colours are not meant to be seen as they are.
+    fn exposure(&mut self, rendered: &Rendered, frame: &Frame, camera: &Camera) -> Option<f32> {
+        let metered = || metered_exposure(frame, camera, &rendered.film);
+        (!rendered.is_display_ready).then(|| *self.exposure.get_or_insert_with(metered))
     }
+}
+
+/// Brings a film to a file.
+fn write_picture(rendered: &Rendered, exposure: Option<f32>, file: &Path, to: Destination) -> Result<(), Failure> {
+    let film = &rendered.film;
+    let srgb = exposure.map_or_else(|| encode(film), |exposure| develop(film, exposure));
+    let bytes = png(&srgb, [film.width(), film.height()]);
+    let bytes = bytes.map_err(|error| Failure::work(format!("{}: cannot be encoded: {error}", file.display())))?;
+    to.write(&bytes)
 }

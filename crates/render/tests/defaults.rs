@@ -4,10 +4,11 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{Model, Shape, placed};
+use common::{Model, Shape, picture, placed, settings};
 use kinetree::{Affine, Mesh, Motion, Ray, Scene};
 use kinetree_render::{
-    Camera, Frame, Light, Look, Material, Sky, Still, Surface, World, default_camera, default_lighting, is_dark,
+    Camera, Frame, IntegratorKind, Light, Look, Material, Sky, Still, Surface, World, daylight, default_camera,
+    default_lighting, is_dark, metered_exposure,
 };
 
 fn grey() -> Material {
@@ -144,6 +145,48 @@ fn where_all_moves_all_of_it_is_in_the_picture() {
     }
 }
 
+/// A body of which little surface is far out: ears, hands, a tail.
+fn figure() -> Shape {
+    let mut shape = Shape::sphere(16);
+    for (tip, side) in [([0.5, 2.2, 0.0], [0.1, 0.0, 0.0]), ([-2.6, 0.1, 0.2], [0.0, 0.1, 0.0])] {
+        let base = shape.positions.len() as u32;
+        shape.positions.extend([tip, side, side.map(|x: f32| -x)]);
+        shape.uvs.extend([[0.0; 2]; 3]);
+        shape.triangles.push([base, base + 1, base + 2]);
+    }
+    shape
+}
+
+#[test]
+fn a_single_object_is_in_the_picture_as_a_whole() {
+    let shape = figure();
+    let around = [
+        ("nothing", None),
+        ("the ground", Some((Shape::square(), placed([300.0; 3], [0.0, 1.0, 0.0], 0.1, [0.0, -1.0, 0.0])))),
+        ("a dome", Some((Shape::sphere(64).inverted(), Affine::from_scale([500.0; 3])))),
+    ];
+    for (name, backdrop) in &around {
+        for motion in [Motion::Static, Motion::Deforming] {
+            let mut model = Model::default().with_moving(&shape, grey(), Affine::IDENTITY, motion);
+            if let Some((shape, placement)) = backdrop {
+                model = model.with(shape, grey(), *placement);
+            }
+            let frame = model.frame();
+            for aspect in [0.7, 1.0, 16.0 / 9.0] {
+                let camera = default_camera(&frame, aspect);
+                let mut widest = 0.0_f32;
+                for &point in &shape.positions {
+                    let [x, y, depth] = seen_at(&camera, aspect, point);
+                    let is_in = depth > 0.0 && x.abs() < 1.0 && y.abs() < 1.0;
+                    assert!(is_in, "with {name}: {point:?} is at {x} {y} of {camera:?}");
+                    widest = widest.max(x.abs()).max(y.abs());
+                }
+                assert!(widest > 0.75, "with {name}: lost in the picture of {camera:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn awkward_frames_have_a_camera_and_always_the_same() {
     let flat = Model::default().with(&Shape::square(), grey(), Affine::IDENTITY);
@@ -194,4 +237,69 @@ fn lamps_light_a_scene_when_most_of_it_is_in_their_light() {
     // An indicator that glows.
     let indicator = placed([0.1; 3], [0.0, 1.0, 0.0], 0.0, [0.0, -1.0, 0.0]);
     assert!(is_dark(&ground().with(&Shape::cube(), Material::emissive([9.0; 3]), indicator).frame(), &camera));
+}
+
+/// The exposure of a picture of a frame in daylight.
+fn exposure_in_daylight(model: Model, camera: &Camera) -> f32 {
+    let (sky, sun) = daylight();
+    let mut model = model.lit_by(sun);
+    model.look.sky = sky;
+    let frame = model.frame();
+    let film = picture(&frame, camera, &settings(IntegratorKind::Path, 64, 16)).film;
+    metered_exposure(&frame, camera, &film)
+}
+
+#[test]
+fn the_background_does_not_count_for_the_exposure() {
+    let ball = || Model::default().with(&Shape::sphere(16), grey(), Affine::IDENTITY);
+    // The same side of the same ball, large in the picture and small before the sky.
+    let [near, far] =
+        [0.55, 1.6].map(|fov| exposure_in_daylight(ball(), &Camera::look_at([3.0, 1.0, 3.0], [0.0; 3], fov)));
+    assert!((near / far - 1.0).abs() < 0.15, "{near} {far}");
+    // A mountain far behind is background as well.
+    let white = Material::diffuse([1.0; 3]);
+    let mountain = Affine::from_translation([-3000.0, 0.0, -3000.0]) * Affine::from_scale([1000.0; 3]);
+    let before = ball().with(&Shape::sphere(4), white, mountain);
+    let before = exposure_in_daylight(before, &Camera::look_at([3.0, 1.0, 3.0], [0.0; 3], 1.2));
+    assert!((before / near - 1.0).abs() < 0.15, "{near} {before}");
+}
+
+#[test]
+fn in_daylight_black_stays_dark_and_white_bright() {
+    let exposure = |reflectance: f32| {
+        let ground = Affine::from_scale([100.0; 3]);
+        let model = Model::default().with(&Shape::square(), Material::diffuse([reflectance; 3]), ground);
+        exposure_in_daylight(model, &Camera::look_at([0.0, 3.0, 4.0], [0.0; 3], 0.8))
+    };
+    let (coal, card, snow) = (exposure(0.02), exposure(0.18), exposure(0.95));
+    assert!(coal <= 1.6 * card && snow >= 0.45 * card, "{coal} {card} {snow}");
+    // Coal stays below a quarter of the card's brightness in the picture, snow above twice.
+    assert!(coal * 0.02 < 0.25 * card * 0.18 && snow * 0.95 > 2.0 * card * 0.18, "{coal} {card} {snow}");
+}
+
+#[test]
+fn where_daylight_does_not_get_in_there_is_a_lamp() {
+    let black = Sky::Constant([0.0; 3]);
+    let mut chamber = world(grey(), black);
+    let eye = Camera::look_at([0.5, 0.2, 0.5], [-1.0, -0.3, -1.0], 1.0);
+    chamber.cameras.push(kinetree_render::CameraSource { name: String::new(), node: None, camera: eye });
+    assert!(default_lighting(&mut chamber).expect("nothing moves"));
+    assert_eq!(chamber.look.sky, black);
+    assert!(matches!(chamber.lights[..], [kinetree_render::LightSource { light: Light::Point { .. }, .. }]));
+    let frame = chamber.frame(0.0).expect("nothing moves");
+    let film = picture(&frame, &eye, &settings(IntegratorKind::Path, 32, 16)).film;
+    let stops = metered_exposure(&frame, &eye, &film).log2();
+    assert!(stops.abs() < 4.0, "{stops}");
+    assert!(!default_lighting(&mut chamber).expect("nothing moves"), "it is lit now");
+}
+
+#[test]
+fn triangles_without_area_do_not_frame_anything() {
+    let mut shape = Shape::sphere(8);
+    let far = shape.positions.len() as u32;
+    shape.positions.push([500.0, 0.0, 0.0]);
+    shape.triangles.extend(std::iter::repeat_n([far; 3], 5000));
+    let frame = Model::default().with(&shape, grey(), Affine::IDENTITY).frame();
+    let alone = Model::default().with(&Shape::sphere(8), grey(), Affine::IDENTITY).frame();
+    assert_eq!(default_camera(&frame, 1.5), default_camera(&alone, 1.5));
 }

@@ -61,7 +61,7 @@ impl Inspection {
         }
         let clips = if clips.is_empty() { "none".to_owned() } else { clips.join(", ") };
         let cameras = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        let light = if scene.has_default_lighting { ", daylight by default" } else { "" };
+        let light = if scene.has_default_lighting { ", light by default" } else { "" };
         let look = [
             figures::of(self.look.materials as u64, "material", "materials"),
             figures::of(self.look.textures as u64, "texture", "textures"),

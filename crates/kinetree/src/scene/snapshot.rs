@@ -335,7 +335,7 @@ impl<'a> InstanceView<'a> {
         &self.record.object_from_world
     }
 
-    /// A ray in the space of the object, by the operations of the queries: its hits have the same `t` to the bit. `None` when
+    /// A ray in the space of the object, by the operations of the queries: hits of it have the same `t`. `None` when
     /// it can hit nothing there.
     pub fn ray_in_object(&self, ray: &Ray) -> Option<Ray> {
         self.record.enter(ray)

@@ -16,7 +16,7 @@ const INSIDE_FOV: f32 = 1.15;
 const AZIMUTHS: [f32; 8] = [0.09, 0.91, 0.16, 0.84, 0.34, 0.66, 0.41, 0.59];
 
 /// Of more objects than these, the region is a place that may be seen from nearer by.
-const FEW: usize = 8;
+pub(super) const FEW: usize = 8;
 /// The part of the width or height of the picture that objects take up which are shown whole.
 const FILLED: f32 = 0.88;
 

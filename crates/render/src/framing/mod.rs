@@ -19,6 +19,7 @@ use glam::Vec3;
 
 use crate::{Camera, Frame};
 use region::Region;
+use score::Score;
 use subject::Subject;
 
 /// A camera that shows what moves in a frame, or else the middle of it. The same frame and aspect (width over height) give
@@ -34,16 +35,32 @@ pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
     portrait.unwrap_or_else(|| overview(frame, &region, aspect))
 }
 
+/// Objects of which this part is seen from outside are looked at from there; less is seen of a room.
+const SEEN_FROM_OUTSIDE: f32 = 0.2;
+
 /// The camera that shows a region best.
 fn overview(frame: &Frame, region: &Region, aspect: f32) -> Camera {
-    let mut best: Option<(f32, Camera)> = None;
-    for camera in candidates::outside(region, aspect).into_iter().chain(candidates::inside(region)) {
-        let score = score::score(frame, region, &camera, aspect);
-        // The first of equals stays.
-        if best.is_none_or(|(most, _)| score > most) {
-            best = Some((score, camera));
+    let best_of = |cameras: Vec<Camera>| {
+        let mut best: Option<(Score, Camera)> = None;
+        for camera in cameras {
+            let score = score::score(frame, region, &camera, aspect);
+            // The first of equals stays.
+            if best.is_none_or(|(most, _)| score.value > most.value) {
+                best = Some((score, camera));
+            }
         }
-    }
+        best
+    };
+    let outside = best_of(candidates::outside(region, aspect));
+    let is_of_objects = region.objects().is_some_and(|objects| objects.count <= candidates::FEW);
+    let inside = match outside {
+        Some((score, _)) if is_of_objects && score.value > 0.0 && score.shown > SEEN_FROM_OUTSIDE => None,
+        _ => best_of(candidates::inside(region)),
+    };
+    let best = match (outside, inside) {
+        (Some(outside), Some(inside)) if inside.0.value > outside.0.value => Some(inside),
+        (outside, inside) => outside.or(inside),
+    };
     best.map_or_else(
         || Camera::look_at((region.center() + Vec3::ONE * region.radius()).into(), region.center().into(), 0.8),
         |(_, camera)| camera,

@@ -10,13 +10,23 @@ const ENOUGH: f32 = 0.55;
 /// The part of the region's places that can be seen at once; the others are on the far side.
 const MOST_SHOWN: f32 = 0.5;
 
-/// The score of a camera; larger is better, none is negative.
-pub(super) fn score(frame: &Frame, region: &Region, camera: &Camera, aspect: f32) -> f32 {
+/// What a camera is worth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Score {
+    /// Larger is better, none is negative.
+    pub(super) value: f32,
+    /// The part of the region's places that is seen.
+    pub(super) shown: f32,
+}
+
+/// The score of a camera.
+pub(super) fn score(frame: &Frame, region: &Region, camera: &Camera, aspect: f32) -> Score {
     let lens = Lens::new(camera, aspect);
     let shown = region.places().iter().filter(|&&place| lens.frames(place) && is_open(frame, camera, place)).count();
     let shown = shown as f32 / region.places().len().max(1) as f32;
     let sight = Sight::through(frame, camera, aspect, region.radius());
     let seen = (sight.part_within(|position| region.contains(position)) / ENOUGH).min(1.0);
     let clear = sight.open() * sight.right_side();
-    seen * (0.1 + (shown / MOST_SHOWN).min(1.0)) * (0.1 + sight.variety()) * clear * clear
+    let value = seen * (0.1 + (shown / MOST_SHOWN).min(1.0)) * (0.1 + sight.variety()) * clear * clear;
+    Score { value, shown }
 }

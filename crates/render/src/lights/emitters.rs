@@ -108,7 +108,8 @@ impl Emitter {
         }
         let density = self.density(from, at);
         let direction = (at - from).normalize();
-        let distance = distance_to(&instance, self.primitive, &Ray::new(from.into(), direction.into()))? * SHORT_OF;
+        let ray = Ray::new(from.into(), direction.into());
+        let distance = distance_to(&instance, self.primitive, self.corners, &ray)? * SHORT_OF;
         let radiance = dress.emission() * dress.presence();
         (density > 0.0 && distance > 0.0).then_some(LightSample {
             direction,
@@ -124,16 +125,28 @@ impl Emitter {
 /// here and in the query.
 const SHORT_OF: f32 = 1.0 - 4.0 * f32::EPSILON;
 
+/// The same where queries enter the instance in a way of their own.
+const SHORT_OF_ANY: f64 = 1.0 - 1e-5;
+
 /// Where a ray meets the plane of a triangle, as a query will find it: the ray is rounded as it is there. A direction is never
 /// quite the one that was meant, and the distance to a lamp that is seen from the side depends on it.
-fn distance_to(instance: &InstanceView<'_>, primitive: u32, ray: &Ray) -> Option<f32> {
-    let local = instance.ray_in_object(ray)?;
-    let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
-    let corners = instance.triangles()[primitive as usize];
-    let [a, b, c] = corners.map(|vertex| wide(instance.positions()[vertex as usize]));
-    let normal = (b - a).cross(c - a);
-    let distance = normal.dot(a - wide(local.origin)) / normal.dot(wide(local.direction));
+fn distance_to(instance: &InstanceView<'_>, primitive: u32, corners: [Vec3; 3], ray: &Ray) -> Option<f32> {
+    let distance = match instance.ray_in_object(ray) {
+        Some(local) => {
+            let local_corners =
+                instance.triangles()[primitive as usize].map(|vertex| instance.positions()[vertex as usize]);
+            distance_to_plane(local_corners, &local)
+        }
+        None => distance_to_plane(corners.map(Vec3::into), ray) * SHORT_OF_ANY,
+    };
     distance.is_finite().then_some(distance as f32)
+}
+
+fn distance_to_plane(corners: [[f32; 3]; 3], ray: &Ray) -> f64 {
+    let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
+    let [a, b, c] = corners.map(wide);
+    let normal = (b - a).cross(c - a);
+    normal.dot(a - wide(ray.origin)) / normal.dot(wide(ray.direction))
 }
 
 #[cfg(test)]
