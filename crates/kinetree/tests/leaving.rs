@@ -335,3 +335,30 @@ fn awkward_directions_give_rays_that_hit_nothing_and_do_not_panic() {
         assert!(view.closest_hit(&view.leave(&hit, [1e-30, 0.0, 1e30])).is_none(), "{scale}");
     }
 }
+
+#[test]
+fn rays_leave_flat_and_skewed_placements() {
+    let (corners, triangles) = cube();
+    let flat = Affine::from_scale([2.0, 0.0, 3.0]);
+    let skewed = Affine { y_axis: [30.0, 1.0, 0.0], ..Affine::IDENTITY };
+    for (name, placement) in [("flat", flat), ("skewed", skewed)] {
+        let turned =
+            Affine::from_translation([7.0, -3.0, 5.0]) * Affine::from_axis_angle([1.0, 2.0, 3.0], 0.8) * placement;
+        for placement in [placement, turned] {
+            let view = scene(&corners, &triangles, placement, Precision::Watertight);
+            let center = placement.transform_point([0.1, 0.0, 0.2]);
+            let seed = 1112;
+            let mut random = Random::new(seed);
+            for _ in 0..2000 {
+                let away = random.direction();
+                let eye = [0, 1, 2].map(|i| center[i] + 50.0 * away[i]);
+                // Placements that are flat may be left out.
+                let Some(hit) = view.closest_hit(&Ray::new(eye, away.map(|x| -x))) else { continue };
+                let back = view.leave(&hit, away);
+                let met = view.closest_hit(&back);
+                assert!(met.is_none_or(|met| met.primitive != hit.primitive), "seed {seed}, {name}: {back:?} {met:?}");
+                assert!(met.is_none() || name == "skewed", "seed {seed}, {name}: {back:?} {met:?}");
+            }
+        }
+    }
+}

@@ -74,8 +74,8 @@ pub(super) fn leave(
     let gradient = gradient * side;
     // By this step in the world the height grows by one.
     let up = gradient / gradient.length_squared();
-    if !up.is_finite() {
-        return Ray::new(base.as_vec3().into(), direction);
+    if !record.identity && !surface.grows_along(gradient, world_from_object) {
+        return leave_flat(triangle, world_from_object, base, direction);
     }
     let part = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
     let least = part * surface.reach;
@@ -106,6 +106,17 @@ pub(super) fn leave(
     ray
 }
 
+/// The same where the way into the object's space does not tell the plane, as for placements that flatten it: off the plane in
+/// the world, by as much as a way in single precision may err.
+fn leave_flat(triangle: &Triangle, world_from_object: &Affine, place: DVec3, direction: [f32; 3]) -> Ray {
+    let [a, b, c] = triangle.corners.map(|corner| to_world(world_from_object, wide(corner)));
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let side = if normal.dot(wide(direction)) < 0.0 { -normal } else { normal };
+    let size = [a, b, c].map(|corner| (corner - place).abs().max_element()).into_iter().fold(0.0, f64::max);
+    let lift = LEAST_HEIGHT_FAST * (size + place.abs().max_element());
+    Ray::new(rounded(place + side * lift, side), direction)
+}
+
 /// A triangle and a place in its plane, object space.
 struct Surface {
     corners: [DVec3; 3],
@@ -123,6 +134,16 @@ impl Surface {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let reach = corners.map(|corner| (corner - place).abs().max_element()).into_iter().fold(0.0, f64::max);
         Self { corners, place, normal, reach }
+    }
+
+    /// Whether a gradient of the height above the plane, world space, is perpendicular to the triangle there.
+    fn grows_along(&self, gradient: DVec3, world_from_object: &Affine) -> bool {
+        let [a, b, c] = self.corners;
+        let map = linear(world_from_object);
+        let normal = (map * (b - a)).cross(map * (c - a));
+        let size = normal.length() * gradient.length();
+        // Not for what is no number either.
+        normal.dot(gradient).abs() > 0.999 * size && size > 0.0 && size.is_finite()
     }
 
     /// How far an origin has to be moved along the plane to be no nearer to the edges than it is to the plane: where two
