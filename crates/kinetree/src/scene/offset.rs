@@ -18,7 +18,10 @@ use crate::wide::InstanceRecord;
 /// computes the distance to what is so near in double precision, with errors of some 2^-50 of that distance.
 const LEAST_HEIGHT: f64 = 1.0 / (1_u64 << 42) as f64;
 
-/// The same where triangles are tested in single precision: some eight roundings.
+/// By how much a place may be off, as a part of its coordinates: what double precision rounds, with room to spare.
+const PLACE_ERROR: f64 = 1.0 / (1_u64 << 48) as f64;
+
+/// The same height where triangles are tested in single precision: some eight roundings.
 const LEAST_HEIGHT_FAST: f64 = 1.0 / (1_u64 << 20) as f64;
 
 /// How often an origin is moved. Each time at least doubles the way, so the last ones are farther off than all roundings.
@@ -26,7 +29,7 @@ const ATTEMPTS: usize = 32;
 
 /// How often an origin is moved inwards from an edge. Triangles smaller than the spacing of single precision may have no
 /// point over them.
-const INWARD_ATTEMPTS: usize = 6;
+const INWARD_ATTEMPTS: usize = 8;
 
 /// The point of a triangle with the weights of a hit, object space, and in the plane of the triangle.
 pub(super) fn place(triangle: &Triangle, u: f32, v: f32) -> DVec3 {
@@ -66,7 +69,7 @@ pub(super) fn leave(
 ) -> Ray {
     let surface = Surface::new(triangle, place(triangle, u, v));
     let world_from_object = view.world_from_object();
-    let mut base = to_world(world_from_object, surface.place);
+    let base = to_world(world_from_object, surface.place);
     // How the height above the plane, as queries see it, grows in the world.
     let gradient = linear(&record.object_from_world).transpose() * surface.normal;
     let toward = wide(direction);
@@ -78,11 +81,11 @@ pub(super) fn leave(
         return leave_flat(triangle, world_from_object, base, direction);
     }
     let part = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
-    let least = part * surface.reach;
-    let (mut lift, mut turn) = (least, 0.0);
+    let least = part * surface.reach + PLACE_ERROR * surface.place.abs().max_element();
+    let (mut lift, mut turn, mut shift) = (least, 0.0, DVec3::ZERO);
     let mut ray = Ray::new([0.0; 3], direction);
     for attempt in 0..ATTEMPTS {
-        ray.origin = rounded(base + up * lift, up);
+        ray.origin = rounded(base + linear(world_from_object) * shift + up * lift, up);
         if turn > 0.0 {
             ray.direction = rounded(toward + up * turn, up);
         }
@@ -101,7 +104,9 @@ pub(super) fn leave(
         if slope < 0.0 {
             turn = 2.0 * (turn - slope);
         }
-        base += linear(world_from_object) * (2.0 * inward);
+        if inward != DVec3::ZERO {
+            shift = 2.0 * (shift + inward);
+        }
     }
     ray
 }
