@@ -83,7 +83,7 @@ pub(super) fn leave(
     let part = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
     let least = part * surface.reach + PLACE_ERROR * surface.place.abs().max_element();
     let (mut lift, mut turn, mut shift) = (least, 0.0, DVec3::ZERO);
-    let mut ray = Ray::new([0.0; 3], direction);
+    let (mut ray, mut keeps_inside) = (Ray::new([0.0; 3], direction), true);
     for attempt in 0..ATTEMPTS {
         ray.origin = rounded(base + linear(world_from_object) * shift + up * lift, up);
         if turn > 0.0 {
@@ -94,7 +94,7 @@ pub(super) fn leave(
         let origin = wide(local.origin);
         let height = side * surface.normal.dot(origin - surface.place);
         let slope = side * surface.normal.dot(wide(local.direction));
-        let inward = if attempt < INWARD_ATTEMPTS { surface.way_inward(origin, height) } else { DVec3::ZERO };
+        let inward = if keeps_inside { surface.way_inward(origin, height) } else { DVec3::ZERO };
         if height >= least && slope >= 0.0 && inward == DVec3::ZERO {
             break;
         }
@@ -106,6 +106,10 @@ pub(super) fn leave(
         }
         if inward != DVec3::ZERO {
             shift = 2.0 * (shift + inward);
+        }
+        // A triangle that has no point of single precision over it is left where it was hit.
+        if shift.length() > surface.radius() || attempt + 1 == INWARD_ATTEMPTS {
+            (shift, keeps_inside) = (DVec3::ZERO, false);
         }
     }
     ray
@@ -152,26 +156,25 @@ impl Surface {
     }
 
     /// How far an origin has to be moved along the plane to be no nearer to the edges than it is to the plane: where two
-    /// walls meet, an origin that is rounded past the edge would be behind the other wall. Zero for a triangle that has no
-    /// such place.
+    /// walls meet, an origin that is rounded past the edge would be behind the other wall.
     fn way_inward(&self, origin: DVec3, height: f64) -> DVec3 {
         let [a, b, c] = self.corners;
         let mut way = DVec3::ZERO;
-        let (mut around, mut twice_area) = (0.0, 0.0);
-        for (from, to, other) in [(a, b, c), (b, c, a), (c, a, b)] {
-            let edge = to - from;
-            let length = edge.length();
-            let across = self.normal.cross(edge / length);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let across = self.normal.cross((to - from).normalize_or_zero());
             let missing = height - across.dot(origin - from);
             if missing > 0.0 {
                 way += across * missing;
             }
-            around += length;
-            twice_area = length * across.dot(other - from);
         }
-        // The radius of the circle in the triangle.
-        let radius = twice_area / around;
-        if way.length_squared() <= radius * radius { way } else { DVec3::ZERO }
+        way
+    }
+
+    /// Of the circle in the triangle.
+    fn radius(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        let around = a.distance(b) + b.distance(c) + c.distance(a);
+        (b - a).cross(c - a).length() / around
     }
 }
 
