@@ -104,7 +104,7 @@ fn a_ray_that_leaves_does_not_meet_the_triangle_it_left() {
         let distance = if round % 2 == 0 { size } else { 10.0_f32.powf(random.within(-3.0, 6.0)) };
         // In single precision, distances to long thin triangles are not promised to be right.
         let precision = if round % 5 == 0 { Precision::Fast } else { Precision::Watertight };
-        let thinnest = if precision == Precision::Fast { 1.0 } else { 0.05 };
+        let thinnest = if precision == Precision::Fast { 1.0 } else { 1e-3 };
         let corners = triangle(&mut random, size, distance, thinnest);
         let placement = placements(&mut random, distance);
         let view = scene(&corners, &[[0, 1, 2]], placement, precision);
@@ -118,7 +118,7 @@ fn a_ray_that_leaves_does_not_meet_the_triangle_it_left() {
                 let mut direction = random.direction();
                 if kind == 3 {
                     // Nearly along the surface.
-                    let off = f64::from(10.0_f32.powf(random.within(-6.0, -2.0)));
+                    let off = f64::from(10.0_f32.powf(random.within(-9.0, -2.0)));
                     let across = dot(normal, wide(direction));
                     direction = [0, 1, 2].map(|i| (f64::from(direction[i]) - (across - off) * normal[i]) as f32);
                 }
@@ -146,7 +146,7 @@ fn an_origin_is_next_to_its_place_and_on_the_side_of_its_direction() {
     for round in 0..3000 {
         let size = 10.0_f32.powf(random.within(-4.0, 6.0));
         let distance = 10.0_f32.powf(random.within(-3.0, 6.0));
-        let corners = triangle(&mut random, size, distance, 0.05);
+        let corners = triangle(&mut random, size, distance, 1e-3);
         let placement = placements(&mut random, distance);
         let view = scene(&corners, &[[0, 1, 2]], placement, Precision::Watertight);
         let world = corners.map(|corner| in_world(&placement, corner));
@@ -303,7 +303,7 @@ fn nothing_leaves_a_closed_room_however_far_it_is() {
     for distance in [0.0_f32, 1e3, 1e4, 1e5] {
         for away in [[1.0, 0.0, 0.0], [0.6, -0.3, 0.9]] {
             let middle = away.map(|x| x * distance);
-            for turn in [0.0] {
+            for turn in [0.0, 0.4] {
                 let turned = Affine::from_axis_angle([0.3, 1.0, -0.5], turn) * Affine::from_scale([2.0; 3]);
                 let placement = Affine::from_translation(middle) * turned;
                 // As its own corners have it, and as an instance has it.
@@ -352,7 +352,6 @@ fn rays_leave_flat_and_skewed_placements() {
             for _ in 0..2000 {
                 let away = random.direction();
                 let eye = [0, 1, 2].map(|i| center[i] + 50.0 * away[i]);
-                // Placements that are flat may be left out.
                 let Some(hit) = view.closest_hit(&Ray::new(eye, away.map(|x| -x))) else { continue };
                 let back = view.leave(&hit, away);
                 let met = view.closest_hit(&back);

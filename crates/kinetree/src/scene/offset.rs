@@ -67,8 +67,11 @@ pub(super) fn leave(
     [u, v]: [f32; 2],
     direction: [f32; 3],
 ) -> Ray {
-    let surface = Surface::new(triangle, place(triangle, u, v));
     let world_from_object = view.world_from_object();
+    if record.in_double {
+        return leave_in_world(triangle, world_from_object, [u, v], direction);
+    }
+    let surface = Surface::new(triangle, place(triangle, u, v));
     let base = to_world(world_from_object, surface.place);
     // How the height above the plane, as queries see it, grows in the world.
     let gradient = linear(&record.object_from_world).transpose() * surface.normal;
@@ -77,8 +80,9 @@ pub(super) fn leave(
     let gradient = gradient * side;
     // By this step in the world the height grows by one.
     let up = gradient / gradient.length_squared();
-    if !record.identity && !surface.grows_along(gradient, world_from_object) {
-        return leave_flat(triangle, world_from_object, base, direction);
+    if !up.is_finite() {
+        // A triangle without area, which no ray hits.
+        return Ray::new(base.as_vec3().into(), direction);
     }
     let part = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
     let least = part * surface.reach + PLACE_ERROR * surface.place.abs().max_element();
@@ -115,14 +119,19 @@ pub(super) fn leave(
     ray
 }
 
-/// The same where the way into the object's space does not tell the plane, as for placements that flatten it: off the plane in
-/// the world, by as much as a way in single precision may err.
-fn leave_flat(triangle: &Triangle, world_from_object: &Affine, place: DVec3, direction: [f32; 3]) -> Ray {
+/// The same where rays enter the object in double precision, since its placement is flat or badly skewed: off the plane in
+/// the world, by as much as roundings of the mesh's own coordinates come to there.
+fn leave_in_world(triangle: &Triangle, world_from_object: &Affine, [u, v]: [f32; 2], direction: [f32; 3]) -> Ray {
+    let place = to_world(world_from_object, place(triangle, u, v));
     let [a, b, c] = triangle.corners.map(|corner| to_world(world_from_object, wide(corner)));
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let side = if normal.dot(wide(direction)) < 0.0 { -normal } else { normal };
-    let size = [a, b, c].map(|corner| (corner - place).abs().max_element()).into_iter().fold(0.0, f64::max);
-    let lift = LEAST_HEIGHT_FAST * (size + place.abs().max_element());
+    let map = linear(world_from_object);
+    let sizes = triangle.corners.map(|corner| {
+        let corner = wide(corner).abs();
+        (map.x_axis.abs() * corner.x + map.y_axis.abs() * corner.y + map.z_axis.abs() * corner.z).max_element()
+    });
+    let lift = LEAST_HEIGHT_FAST * sizes.into_iter().fold(place.abs().max_element(), f64::max);
     Ray::new(rounded(place + side * lift, side), direction)
 }
 
@@ -143,16 +152,6 @@ impl Surface {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let reach = corners.map(|corner| (corner - place).abs().max_element()).into_iter().fold(0.0, f64::max);
         Self { corners, place, normal, reach }
-    }
-
-    /// Whether a gradient of the height above the plane, world space, is perpendicular to the triangle there.
-    fn grows_along(&self, gradient: DVec3, world_from_object: &Affine) -> bool {
-        let [a, b, c] = self.corners;
-        let map = linear(world_from_object);
-        let normal = (map * (b - a)).cross(map * (c - a));
-        let size = normal.length() * gradient.length();
-        // Not for what is no number either.
-        normal.dot(gradient).abs() > 0.999 * size && size > 0.0 && size.is_finite()
     }
 
     /// How far an origin has to be moved along the plane to be no nearer to the edges than it is to the plane: where two

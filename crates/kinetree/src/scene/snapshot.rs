@@ -336,9 +336,9 @@ impl<'a> InstanceView<'a> {
     }
 
     /// A ray in the space of the object, by the operations of the queries: hits of it have the same `t`. `None` when
-    /// it can hit nothing there.
+    /// it can hit nothing there, and when queries enter the instance in double precision, since it is flat or badly skewed.
     pub fn ray_in_object(&self, ray: &Ray) -> Option<Ray> {
-        self.record.enter(ray)
+        (!self.record.in_double).then(|| self.record.enter(ray))?
     }
 
     /// As posed for this frame, metres, object space.
