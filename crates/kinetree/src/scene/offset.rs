@@ -14,8 +14,8 @@ use super::snapshot::InstanceView;
 use crate::geometry::{Affine, Precision, Ray, Triangle};
 use crate::wide::InstanceRecord;
 
-/// The least height of an origin over the plane, as a part of the distance to the farthest corner. The watertight test
-/// computes the distance to what is so near in double precision, with errors of some 2^-50 of that distance.
+/// The least height of an origin over the plane, as a part of the distance to the farthest corner. A watertight hit is never on
+/// the other side of the ray's origin, so that any height will do that double precision tells from none.
 const LEAST_HEIGHT: f64 = 1.0 / (1_u64 << 42) as f64;
 
 /// By how much a place may be off, as a part of its coordinates: what double precision rounds, with room to spare.
