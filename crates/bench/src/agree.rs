@@ -1,21 +1,25 @@
 //! Whether engines give the same answers: looked at before any time is believed.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 
-use crate::exact::Exact;
+use crate::exact::{Rounded, closest_by_looking, crossing};
 use crate::ray::{Answer, Ray};
+use crate::rays::Question;
 use crate::soup::Soup;
 
 /// Distances may differ by this part of themselves.
 const TOLERANCE: f32 = 1e-4;
-/// Weights of corners below this are at an edge, and cosines below it are grazing: there, a test that is not watertight may decide either way.
+/// Weights of corners below this are at an edge, and cosines below it are grazing: there, a test
+/// that is not watertight may decide either way.
 const EDGE: f64 = 1e-4;
 
 /// Coordinates are rounded by this part of themselves, a few times over.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// How two lists of answers differ.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Differences {
     /// How many rays were compared.
     pub(crate) rays: usize,
@@ -23,8 +27,8 @@ pub(crate) struct Differences {
     pub(crate) all: usize,
     /// How many of those are at the edge of a triangle, or grazing it.
     pub(crate) at_edges: usize,
-    /// The first ray that differs elsewhere, what was expected, and what was given, if that is known.
-    pub(crate) first: Option<(usize, Answer, Option<Answer>)>,
+    /// The first ray that differs elsewhere, what is right, and what was given.
+    pub(crate) first: Option<(usize, Answer, Given)>,
 }
 
 impl Differences {
@@ -43,7 +47,7 @@ impl Differences {
         }
     }
 
-    fn add(&mut self, ray: usize, expected: Answer, given: Option<Answer>, at_edge: bool) {
+    fn add(&mut self, ray: usize, expected: Answer, given: Given, at_edge: bool) {
         self.all += 1;
         self.at_edges += usize::from(at_edge);
         if !at_edge {
@@ -52,7 +56,8 @@ impl Differences {
     }
 }
 
-/// Whether both hit or both miss, at the same distance. Which of several triangles at the same distance is meant, is nobody's business.
+/// Whether both hit or both miss, at the same distance. Which of several triangles at the same
+/// distance is meant, is nobody's business.
 fn same(one: &Answer, other: &Answer) -> bool {
     match (one.is_hit(), other.is_hit()) {
         (true, true) => (one.t - other.t).abs() <= TOLERANCE * one.t.abs().max(other.t.abs()),
@@ -60,39 +65,121 @@ fn same(one: &Answer, other: &Answer) -> bool {
     }
 }
 
-/// The same hits with distances computed in double precision: what all engines are held against, so that nobody's rounding is the measure.
+/// The same hits with their exact distances: what all engines are held against, so that nobody's
+/// rounding is the measure.
 pub(crate) fn refined(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Vec<Answer> {
     let refine = |(ray, answer): (&Ray, &Answer)| {
-        let exact = if answer.is_hit() { Exact::of(soup, ray, answer.primitive).t as f32 } else { answer.t };
-        Answer { t: if exact.is_finite() { exact } else { answer.t }, ..*answer }
+        let exact = answer.is_hit().then(|| crossing(ray, &soup.corners(answer.primitive))).flatten();
+        Answer { t: exact.map_or(answer.t, |exact| exact.t as f32), ..*answer }
     };
     rays.iter().zip(answers).map(refine).collect()
 }
 
-/// Compares nearest hits.
-pub(crate) fn compare(soup: &Soup, rays: &[Ray], expected: &[Answer], given: &[Answer]) -> Differences {
-    let mut differences = Differences { rays: rays.len(), ..Differences::default() };
-    for (at, ray) in rays.iter().enumerate() {
-        if !same(&expected[at], &given[at]) {
-            // The farther one has passed the nearer one by; the end of the ray is a place of decision, too.
-            let nearer = if expected[at].t <= given[at].t { &expected[at] } else { &given[at] };
-            let at_edge = on_an_edge(soup, ray, nearer) || at_the_end(ray, nearer);
-            differences.add(at, expected[at], Some(given[at]), at_edge);
-        }
-    }
-    differences
+/// What an engine gave for a ray.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Given {
+    /// The nearest hit, or none.
+    Nearest(Answer),
+    /// Whether there is any.
+    Occluded(bool),
 }
 
-/// Compares whether anything is in the way. `hits` are the nearest hits of the rays, which tell where differences are.
-pub(crate) fn compare_occlusion(soup: &Soup, rays: &[Ray], hits: &[Answer], given: &[bool]) -> Differences {
-    let mut differences = Differences { rays: rays.len(), ..Differences::default() };
-    for (at, ray) in rays.iter().enumerate() {
-        if hits[at].is_hit() != given[at] {
-            let at_edge = hits[at].is_hit() && (on_an_edge(soup, ray, &hits[at]) || at_the_end(ray, &hits[at]));
-            differences.add(at, hits[at], None, at_edge);
+impl Given {
+    fn agrees(&self, expected: &Answer) -> bool {
+        match self {
+            Self::Nearest(given) => same(expected, given),
+            Self::Occluded(given) => expected.is_hit() == *given,
         }
     }
-    differences
+}
+
+/// A ray about which an engine and the reference do not agree.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Dispute {
+    pub(crate) ray: usize,
+    /// By the engine.
+    pub(crate) given: Given,
+}
+
+/// What is expected, against all that an engine gave.
+pub(crate) fn disputes(expected: &[Answer], given: impl IntoIterator<Item = Given>) -> Vec<Dispute> {
+    let all = given.into_iter().enumerate().map(|(ray, given)| Dispute { ray, given });
+    all.filter(|dispute| !dispute.given.agrees(&expected[dispute.ray])).collect()
+}
+
+/// The right answers to disputed rays.
+#[derive(Debug, Default)]
+pub(crate) struct Truths {
+    by_ray: BTreeMap<usize, Answer>,
+    /// Disputed rays that there was no time to look at: of those, the reference is believed.
+    pub(crate) unsettled: usize,
+}
+
+impl Truths {
+    /// By exact search through all triangles, for as many rays as `looks` allows of pairs of a ray
+    /// and a triangle, which are used up; spread evenly when that is not enough.
+    pub(crate) fn of(soup: &Soup, rays: &[Ray], mut disputed: Vec<usize>, looks: &mut usize) -> Self {
+        disputed.sort_unstable();
+        disputed.dedup();
+        let affordable = *looks / soup.len().max(1);
+        let all = disputed.len();
+        let count = all.min(affordable);
+        let heard: Vec<usize> = (0..count).map(|at| disputed[at * all / count.max(1)]).collect();
+        *looks -= count * soup.len();
+        let asked: Vec<Ray> = heard.iter().map(|ray| rays[*ray]).collect();
+        let by_ray = heard.into_iter().zip(closest_by_looking(soup, &asked)).collect();
+        Self { by_ray, unsettled: all - count }
+    }
+
+    /// How many were looked at.
+    pub(crate) fn settled(&self) -> usize {
+        self.by_ray.len()
+    }
+
+    /// The rays about which the reference was wrong, and how.
+    fn overturned<'a>(&'a self, expected: &'a [Answer]) -> impl Iterator<Item = Dispute> {
+        let wrong = self.by_ray.iter().filter(|(ray, truth)| !same(truth, &expected[**ray]));
+        wrong.map(|(ray, _)| Dispute { ray: *ray, given: Given::Nearest(expected[*ray]) })
+    }
+
+    /// What an engine got wrong whose disputes with the reference these are. Where the reference
+    /// was wrong and the engine agreed with it, both were.
+    pub(crate) fn differences(
+        &self,
+        soup: &Soup,
+        rays: &[Ray],
+        expected: &[Answer],
+        disputes: &[Dispute],
+        question: Question,
+    ) -> Differences {
+        // Disputes stand in the order of the rays.
+        let as_asked = |answer: Answer| match question {
+            Question::Closest => Given::Nearest(answer),
+            Question::Occluded => Given::Occluded(answer.is_hit()),
+        };
+        let agreed = self
+            .overturned(expected)
+            .filter(|wrong| disputes.binary_search_by_key(&wrong.ray, |dispute| dispute.ray).is_err());
+        let agreed = agreed.map(|wrong| Dispute { given: as_asked(expected[wrong.ray]), ..wrong });
+        let mut differences = Differences { rays: rays.len(), ..Differences::default() };
+        for Dispute { ray, given } in disputes.iter().copied().chain(agreed) {
+            let truth = self.by_ray.get(&ray).copied().unwrap_or(expected[ray]);
+            if !given.agrees(&truth) {
+                differences.add(ray, truth, given, is_at_edge(soup, &rays[ray], &truth, &given));
+            }
+        }
+        differences
+    }
+}
+
+/// Whether an engine that is not watertight may decide either way.
+fn is_at_edge(soup: &Soup, ray: &Ray, truth: &Answer, given: &Given) -> bool {
+    // The farther one has passed the nearer one by; the end of the ray is a place of decision, too.
+    let nearer = match given {
+        Given::Nearest(given) if given.t < truth.t => given,
+        _ => truth,
+    };
+    nearer.is_hit() && (on_an_edge(soup, ray, nearer) || at_the_end(ray, nearer))
 }
 
 fn at_the_end(ray: &Ray, answer: &Answer) -> bool {
@@ -104,7 +191,7 @@ fn on_an_edge(soup: &Soup, ray: &Ray, answer: &Answer) -> bool {
     if answer.primitive as usize >= soup.len() {
         return false;
     }
-    let exact = Exact::of(soup, ray, answer.primitive);
+    let exact = Rounded::of(soup, ray, answer.primitive);
     let corners = soup.corners(answer.primitive);
     let edges = [0, 1, 2].map(|i| f64::from(corners[(i + 1) % 3].distance(corners[(i + 2) % 3])));
     let reach = corners
@@ -135,10 +222,20 @@ mod tests {
         Answer { t, u: 0.2, v: 0.2, primitive: 0, mesh: 0 }
     }
 
+    fn judged(ray: Ray, expected: Answer, given: Given, question: Question, looks: usize) -> Differences {
+        let (soup, rays, expected) = (soup(), [ray], [expected]);
+        let disputes = disputes(&expected, [given]);
+        let disputed = disputes.iter().map(|dispute| dispute.ray).collect();
+        Truths::of(&soup, &rays, disputed, &mut { looks }).differences(&soup, &rays, &expected, &disputes, question)
+    }
+
+    fn down(x: f32) -> Ray {
+        Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z)
+    }
+
     #[test]
     fn distances_may_differ_by_rounding_only() {
-        let rays = [Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z)];
-        let differ = |t| compare(&soup(), &rays, &[hit(1.0)], &[hit(t)]);
+        let differ = |t| judged(down(0.2), hit(1.0), Given::Nearest(hit(t)), Question::Closest, 10);
         assert_eq!(differ(1.00005).all, 0);
         let far = differ(1.001);
         assert_eq!((far.all, far.elsewhere(), far.first.map(|first| first.0)), (1, 1, Some(0)));
@@ -146,7 +243,7 @@ mod tests {
 
     #[test]
     fn rounding_of_the_reference_is_nobodys_measure() {
-        let rays = [Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z), Ray::new(Vec3::splat(5.0), Vec3::X)];
+        let rays = [down(0.2), Ray::new(Vec3::splat(5.0), Vec3::X)];
         let refined = refined(&soup(), &rays, &[hit(1.25), Answer::MISS]);
         assert_eq!(refined, [hit(1.0), Answer::MISS]);
     }
@@ -154,11 +251,44 @@ mod tests {
     #[test]
     fn an_edge_is_an_excuse_and_the_inside_is_none() {
         for (x, at_edges) in [(0.2, 0), (1e-6, 1)] {
-            let rays = [Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z)];
-            let differences = compare(&soup(), &rays, &[hit(1.0)], &[Answer::MISS]);
-            assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x}");
-            let differences = compare_occlusion(&soup(), &rays, &[hit(1.0)], &[false]);
-            assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x}");
+            let answers =
+                [(Given::Nearest(Answer::MISS), Question::Closest), (Given::Occluded(false), Question::Occluded)];
+            for (given, question) in answers {
+                let differences = judged(down(x), hit(1.0), given, question, 10);
+                assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x} {question:?}");
+            }
         }
+    }
+
+    #[test]
+    fn who_is_right_against_a_wrong_reference_is_not_blamed_and_who_agrees_with_it_is() {
+        let wrong = [hit(0.5), Answer::MISS];
+        for (reference, question) in
+            wrong.into_iter().flat_map(|it| [(it, Question::Closest), (it, Question::Occluded)])
+        {
+            let as_asked = |answer: Answer| match question {
+                Question::Closest => Given::Nearest(answer),
+                Question::Occluded => Given::Occluded(answer.is_hit()),
+            };
+            let blamed = |answer: Answer, looks| judged(down(0.2), reference, as_asked(answer), question, looks).all;
+            assert_eq!(blamed(hit(1.0), 10), 0, "{question:?}");
+            // Nothing is disputed, so nothing is looked at.
+            assert_eq!(blamed(reference, 10), 0, "{question:?}");
+        }
+        let (soup, rays, expected) = (soup(), [down(0.2)], [hit(0.5)]);
+        let truths = Truths::of(&soup, &rays, vec![0, 0], &mut 10);
+        assert_eq!(truths.overturned(&expected).count(), 1);
+        assert_eq!(truths.differences(&soup, &rays, &expected, &[], Question::Closest).elsewhere(), 1);
+        // It did hit something, which is all that was asked.
+        assert_eq!(truths.differences(&soup, &rays, &expected, &[], Question::Occluded).all, 0);
+    }
+
+    #[test]
+    fn without_time_to_look_the_reference_is_believed_and_it_is_said() {
+        let differences = judged(down(0.2), hit(0.5), Given::Nearest(hit(1.0)), Question::Closest, 0);
+        assert_eq!(differences.all, 1);
+        let (soup, rays) = (soup(), [down(0.2); 4]);
+        let truths = Truths::of(&soup, &rays, vec![3, 1, 2, 0], &mut 2);
+        assert_eq!((truths.by_ray.keys().copied().collect::<Vec<_>>(), truths.unsettled), (vec![0, 2], 2));
     }
 }

@@ -1,6 +1,7 @@
 //! The processor level that all engines are forced to, as far as they can be.
 //!
-//! The library reads its level once per process, from `KINETREE_SIMD`. Another level is another process.
+//! The library reads its level once per process, from `KINETREE_SIMD`. Another level is another
+//! process.
 
 use std::process::{Command, ExitCode};
 
@@ -26,7 +27,8 @@ pub(crate) fn named(name: &str) -> Result<Level, String> {
     })
 }
 
-/// Runs this program once more with the same arguments at that level, and gives its exit code; `None` when this process is at that level already.
+/// Runs this program once more with the same arguments at that level, and gives its exit code;
+/// `None` when this process is at that level already.
 ///
 /// # Errors
 /// A process that cannot be started, or that would not be at the level either.

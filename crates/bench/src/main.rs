@@ -10,7 +10,7 @@
 //! it for all of them. One-thread times are those of the thread's processor clock, pinned to a core.
 //!
 //! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes sets of rays, `engine` holds the
-//! engines behind one trait, `level` forces them to one set of instructions, `agree` compares answers, `exact` is the reference in double precision, `measure` has clocks
+//! engines behind one trait, `level` forces them to one set of instructions, `agree` compares answers, `exact` says which are right, `measure` has clocks
 //! and statistics, `compare` runs it all, `report` writes it down, `peers` fetches what is opened at run time.
 
 mod agree;

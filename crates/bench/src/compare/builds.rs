@@ -62,7 +62,7 @@ pub(crate) fn alone(engine: &str) -> String {
 }
 
 fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Took> {
-    ready.renew().ok()?;
+    ready.renew(crew).ok()?;
     let _pinned = (crew.threads == 1).then(|| Pinned::all_to(0));
     // Engines work on threads of their own, so the whole process counts; nothing else runs in it.
     let watch = Stopwatch::start(Whose::Process);

@@ -1,28 +1,31 @@
-//! Answers first: how many of each engine differ from the reference. A wrong one of ours is a failure; those of others are counted and shown.
+//! Answers first: how many of each engine are wrong. A wrong one of ours is a failure; those of
+//! others are counted and shown.
 //!
-//! The reference is a tree of ours with distances in double precision. It is held itself against a search through all triangles in double precision, on as
-//! many rays as there is time for.
+//! Engines are compared with a tree of ours, the reference. Where one does not agree with it, an
+//! exact search through all triangles says who is right, the reference included. It is asked as
+//! well on a sample of rays about which nobody disagrees.
 
 use std::collections::BTreeMap;
 
 use super::field::{Entrant, guarded};
 use super::traces::named;
 use super::{Log, Plan};
-use crate::agree::{Differences, compare, compare_occlusion};
+use crate::agree::{Differences, Dispute, Given, Truths, disputes};
 use crate::case::{Case, leeway};
 use crate::engine::ours::LOOSE;
 use crate::engine::{Batch, ours};
-use crate::exact::{self, Exact};
+use crate::exact::{closest_by_looking, crossing};
 use crate::ray::{Answer, Ray};
 use crate::rays::Kind;
 use crate::rays::{Question, RaySet};
 use crate::report::Differ;
 use crate::soup::Soup;
 
-/// How many triangle tests the slow twin is given.
-const LOOKS: usize = 400_000_000;
-/// The same in a quick run.
-const QUICK_LOOKS: usize = 60_000_000;
+/// How many triangle tests the exact search is given for its sample, in a full run and in a quick
+/// one.
+const LOOKS: [usize; 2] = [400_000_000, 60_000_000];
+/// The same for disputes.
+const DISPUTED_LOOKS: [usize; 2] = [40_000_000_000, 1_000_000_000];
 
 /// Of engine (with the name of its batch), whether rays came one by one, and set.
 pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), Differ>;
@@ -38,7 +41,8 @@ pub(crate) struct Checked {
     pub(crate) disagreements: Disagreements,
 }
 
-/// Compares all answers with those of the reference, and the reference with its slow twin. Entrants that panic leave the field.
+/// Compares all answers with those of the reference, and settles by exact search what is disputed.
+/// Entrants that panic leave the field.
 pub(crate) fn check(
     case: &Case,
     plan: &Plan,
@@ -54,7 +58,7 @@ pub(crate) fn check(
         let hits = answers.iter().filter(|answer| answer.is_hit()).count();
         log.say(&format!("  {:<17} {hits} of {} rays hit something", set.kind.name(), set.rays.len()));
         let wanted = case.expected(set.kind, plan.quick, soup.len());
-        if wanted.is_some_and(|wanted| wanted.abs_diff(hits) > leeway(set.rays.len())) {
+        if wanted.is_some_and(|wanted| wanted.abs_diff(hits) > leeway(set.kind, set.rays.len())) {
             checked.ours_wrong = true;
             log.say(&format!("  {}: {hits} rays hit something, the case says otherwise: {wanted:?}", set.kind.name()));
         }
@@ -62,113 +66,164 @@ pub(crate) fn check(
     if plan.first {
         checked.ours_wrong |= !looks_right(plan, soup, sets, &expected, log);
     }
-    field.retain(|entrant| entrant_answers(soup, sets, &expected, entrant, log, &mut checked));
+    judge(plan, soup, sets, &expected, field, log, &mut checked);
     checked
 }
 
-/// The reference against its slow twin, on as many rays as there is time for.
+/// The reference against the exact search, on as many rays as there is time for.
 fn looks_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer>], log: &mut Log) -> bool {
-    let looks = if plan.quick { QUICK_LOOKS } else { LOOKS };
-    let sample = (looks / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
+    let sample = (LOOKS[usize::from(plan.quick)] / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
     let mut differences = Differences::default();
     for (set, answers) in sets.iter().zip(expected) {
         let stride = (set.rays.len() / sample).max(1);
         let rays: Vec<Ray> = set.rays.iter().step_by(stride).copied().collect();
         let given: Vec<Answer> = answers.iter().step_by(stride).copied().collect();
-        differences = differences.and(compare(soup, &rays, &exact::closest_by_looking(soup, &rays), &given));
+        let right = closest_by_looking(soup, &rays);
+        let disputes = disputes(&right, given.into_iter().map(Given::Nearest));
+        differences = differences.and(Truths::default().differences(soup, &rays, &right, &disputes, Question::Closest));
     }
     log.say(&format!(
-        "  looking at every triangle in double precision: {} of {} rays differ, {} of them at edges",
+        "  exact search through all triangles: {} of {} answers of the reference differ, {} of them at edges",
         differences.all, differences.rays, differences.at_edges
     ));
     differences.elsewhere() == 0
 }
 
-/// Counts an entrant's differences; whether it can be timed.
+/// Every way in which an entrant is going to be timed on a set, and what it does not agree about
+/// with the reference.
+struct Heard {
+    /// Which set.
+    set: usize,
+    /// The name of a batch; none for one by one.
+    batch: Option<&'static str>,
+    disputes: Vec<Dispute>,
+}
+
+/// Hears all entrants, settles what is disputed, and counts whose answers are wrong. Entrants that
+/// panic leave the field.
+fn judge(
+    plan: &Plan,
+    soup: &Soup,
+    sets: &[RaySet],
+    expected: &[Vec<Answer>],
+    field: &mut Vec<Entrant>,
+    log: &mut Log,
+    checked: &mut Checked,
+) {
+    let mut heard: Vec<Vec<Heard>> = Vec::new();
+    field.retain(|entrant| match hear(sets, expected, entrant) {
+        Ok(ways) => {
+            heard.push(ways);
+            true
+        }
+        Err(panicked) => {
+            log.say(&panicked);
+            checked.somebody_differs = true;
+            checked.ours_wrong |= is_ours(entrant);
+            false
+        }
+    });
+    let mut looks = DISPUTED_LOOKS[usize::from(plan.quick)];
+    let mut truths = Vec::new();
+    let (mut settled, mut unsettled, mut reference) = (0, 0, Differences::default());
+    for (at, (set, answers)) in sets.iter().zip(expected).enumerate() {
+        let ways = heard.iter().flatten().filter(|way| way.set == at);
+        let disputed: Vec<usize> = ways.flat_map(|way| &way.disputes).map(|dispute| dispute.ray).collect();
+        let found = Truths::of(soup, &set.rays, disputed, &mut looks);
+        (settled, unsettled) = (settled + found.settled(), unsettled + found.unsettled);
+        reference = reference.and(found.differences(soup, &set.rays, answers, &[], Question::Closest));
+        truths.push(found);
+    }
+    if settled + unsettled > 0 {
+        let (all, at_edges) = (reference.all, reference.at_edges);
+        log.say(&format!(
+            "  disputed: {settled} rays settled by exact search, {unsettled} believed of the reference for want of time; it was wrong about {all}, {at_edges} of them at edges"
+        ));
+    }
+    checked.ours_wrong |= reference.elsewhere() > 0;
+    for (entrant, ways) in field.iter().zip(&heard) {
+        entrant_answers(soup, sets, expected, &truths, entrant, ways, log, checked);
+    }
+}
+
+fn is_ours(entrant: &Entrant) -> bool {
+    entrant.name.starts_with("kinetree")
+}
+
+/// Counts an entrant's differences.
 fn entrant_answers(
     soup: &Soup,
     sets: &[RaySet],
     expected: &[Vec<Answer>],
+    truths: &[Truths],
     entrant: &Entrant,
+    ways: &[Heard],
     log: &mut Log,
     checked: &mut Checked,
-) -> bool {
-    let ours = entrant.name.starts_with("kinetree");
+) {
     let mut total = Differences::default();
     let mut notes = Vec::new();
-    for (set, answers) in sets.iter().zip(expected) {
-        for (batch, differences) in ways(soup, set, answers, entrant) {
-            let name = named(&entrant.name, batch.unwrap_or_default());
-            let Some(differences) = differences else {
-                log.say(&format!("  {name} panicked on {}: NOT TIMED", set.kind.name()));
-                checked.somebody_differs = true;
-                checked.ours_wrong |= ours;
-                return false;
-            };
-            if differences.elsewhere() > 0 {
-                notes.push(describe(&name, set, &differences, soup));
-            }
-            let differ = Differ { all: differences.all, elsewhere: differences.elsewhere() };
-            checked.disagreements.insert((name, batch.is_none(), set.kind), differ);
-            total = total.and(differences);
+    for way in ways {
+        let set = &sets[way.set];
+        let (name, question) = (named(&entrant.name, way.batch.unwrap_or_default()), set.kind.question());
+        let differences = truths[way.set].differences(soup, &set.rays, &expected[way.set], &way.disputes, question);
+        if differences.elsewhere() > 0 {
+            notes.push(describe(&name, set, &differences, soup));
         }
+        let differ = Differ { all: differences.all, elsewhere: differences.elsewhere() };
+        checked.disagreements.insert((name, way.batch.is_none(), set.kind), differ);
+        total = total.and(differences);
     }
     log.say(&format!(
-        "  {:<28} {} of {} answers differ, {} of them at edges",
+        "  {:<28} {} of {} answers are wrong, {} of them at edges",
         entrant.name, total.all, total.rays, total.at_edges
     ));
     // Examples are enough.
+    let ours = is_ours(entrant);
     let shown = notes.len().min(if ours { 3 } else { 1 });
     notes[..shown].iter().for_each(|note| log.say(note));
     checked.somebody_differs |= total.elsewhere() > 0;
     // Single precision is not held to what only the watertight test promises.
     checked.ours_wrong |= ours && !entrant.name.ends_with(LOOSE) && total.elsewhere() > 0;
-    true
 }
 
-/// Every way in which the entrant is going to be timed on a set (one by one, or the name of a batch), and how its answers differ; `None` when it panics.
-fn ways(
-    soup: &Soup,
-    set: &RaySet,
-    expected: &[Answer],
-    entrant: &Entrant,
-) -> Vec<(Option<&'static str>, Option<Differences>)> {
+/// Asks an entrant in every way in which it is going to be timed.
+///
+/// # Errors
+/// A sentence, when it panics.
+fn hear(sets: &[RaySet], expected: &[Vec<Answer>], entrant: &Entrant) -> Result<Vec<Heard>, String> {
     let tree = &entrant.tree;
-    let single = differences(
-        soup,
-        set,
-        expected,
-        |answers| tree.closest(&set.rays, answers),
-        |seen| tree.occluded(&set.rays, seen),
-    );
-    let mut all = vec![(None, single)];
-    if let Some(coherence) = set.kind.batch() {
+    let mut all = Vec::new();
+    for (at, set) in sets.iter().enumerate() {
+        let mut add = |batch: Option<&'static str>, given: Option<Vec<Given>>| {
+            let name = named(&entrant.name, batch.unwrap_or_default());
+            let given = given.ok_or_else(|| format!("  {name} panicked on {}: NOT TIMED", set.kind.name()))?;
+            all.push(Heard { set: at, batch, disputes: disputes(&expected[at], given) });
+            Ok::<(), String>(())
+        };
+        add(None, answers(set, |answers| tree.closest(&set.rays, answers), |seen| tree.occluded(&set.rays, seen)))?;
+        let Some(coherence) = set.kind.batch() else { continue };
         for batch in tree.batches().into_iter().filter(|batch: &&dyn Batch| batch.suits(coherence)) {
             let closest = |answers: &mut [Answer]| batch.closest(&set.rays, answers, coherence);
             let occluded = |seen: &mut [bool]| batch.occluded(&set.rays, seen, coherence);
-            all.push((Some(batch.suffix()), differences(soup, set, expected, closest, occluded)));
+            add(Some(batch.suffix()), answers(set, closest, occluded))?;
         }
     }
-    all
+    Ok(all)
 }
 
-fn differences(
-    soup: &Soup,
-    set: &RaySet,
-    expected: &[Answer],
-    closest: impl Fn(&mut [Answer]),
-    occluded: impl Fn(&mut [bool]),
-) -> Option<Differences> {
+/// `None` when it panics.
+fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<Given>> {
     let asked = || match set.kind.question() {
         Question::Closest => {
             let mut answers = vec![Answer::MISS; set.rays.len()];
             closest(&mut answers);
-            compare(soup, &set.rays, expected, &answers)
+            answers.into_iter().map(Given::Nearest).collect()
         }
         Question::Occluded => {
             let mut seen = vec![false; set.rays.len()];
             occluded(&mut seen);
-            compare_occlusion(soup, &set.rays, expected, &seen)
+            seen.into_iter().map(Given::Occluded).collect()
         }
     };
     guarded(|| Ok(asked())).ok()
@@ -180,12 +235,19 @@ fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) 
     if let Some((ray, expected, given)) = differences.first {
         let place = |answer: Answer| match soup.sources.get(answer.primitive as usize) {
             Some(source) => {
-                let exact = Exact::of(soup, &set.rays[ray], answer.primitive).t;
-                format!("{} (exactly {exact}) on triangle {} of instance {}", answer.t, source.primitive, source.mesh)
+                let exact = crossing(&set.rays[ray], &soup.corners(answer.primitive));
+                let exact = exact.map_or_else(|| "nowhere".to_owned(), |exact| exact.t.to_string());
+                format!(
+                    "{} (its plane is at {exact}) on triangle {} of instance {}",
+                    answer.t, source.primitive, source.mesh
+                )
             }
             None => "nowhere".to_owned(),
         };
-        let given = given.map_or_else(|| "otherwise".to_owned(), place);
+        let given = match given {
+            Given::Nearest(answer) => place(answer),
+            Given::Occluded(seen) => (if seen { "somewhere" } else { "nowhere" }).to_owned(),
+        };
         text += &format!("; ray {ray}, {:?}, ends at {}, not {given}", set.rays[ray], place(expected));
     }
     text
@@ -240,6 +302,30 @@ mod tests {
         fn occluded(&self, _: &[Ray], seen: &mut [bool]) {
             seen.fill(false);
         }
+    }
+
+    /// The reference says of every tenth ray that it misses.
+    #[test]
+    fn where_the_reference_is_wrong_it_is_blamed_and_not_who_knows_better() {
+        let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";
+        let case = Case::parse(text).unwrap();
+        let (scenery, reference, sets) = scene_of(&case);
+        let mut expected: Vec<Vec<Answer>> =
+            sets.iter().map(|set| reference.closest(&scenery.soup, &set.rays)).collect();
+        let forgotten = expected.iter_mut().map(|answers| {
+            answers.iter_mut().step_by(10).filter(|answer| answer.is_hit()).map(|answer| *answer = Answer::MISS).count()
+        });
+        assert!(forgotten.sum::<usize>() > 20);
+        let (engines, _) = engine::all();
+        let right: Vec<_> = engines.iter().map(|engine| &**engine).filter(|it| it.name() == "kinetree best").collect();
+        let (mut log, mut record) = (Log::default(), Record::default());
+        let budget = (&mut Budget::new(false), f64::INFINITY);
+        let mut field = field::build("small", &right, &scenery.soup, budget, &mut log, &mut record).unwrap();
+        field[0].name = "a rival".into();
+        let mut checked = Checked::default();
+        judge(&Plan::least(), &scenery.soup, &sets, &expected, &mut field, &mut log, &mut checked);
+        assert!(checked.ours_wrong && !checked.somebody_differs);
+        assert!(checked.disagreements.values().all(|differ| differ.all == 0));
     }
 
     #[test]

@@ -71,7 +71,7 @@ pub(crate) fn build(
         let watch = Stopwatch::start(Whose::Process);
         let built = guarded(|| {
             let mut ready = engine.prepare(soup)?;
-            ready.renew()?;
+            ready.renew(&crew)?;
             let watch = Stopwatch::start(Whose::Process);
             let (tree, held) = memory::count(|| ready.build(&crew));
             let (tree, seconds_alone) = (tree?, watch.read().wall);

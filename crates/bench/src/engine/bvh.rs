@@ -65,14 +65,14 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn renew(&mut self) -> Result<(), Failure> {
+    fn renew(&mut self, _: &Crew) -> Result<(), Failure> {
         self.spare.clone_from(&self.shapes);
         Ok(())
     }
 
     fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
         if self.spare.is_empty() {
-            self.renew()?;
+            self.renew(crew)?;
         }
         let mut shapes = std::mem::take(&mut self.spare);
         let tree = crew.run(|| Bvh::build_par(&mut shapes));

@@ -81,11 +81,11 @@ pub(crate) trait Engine {
 
 /// Triangles in an engine's own form.
 pub(crate) trait Prepared {
-    /// Makes ready for another build; not timed.
+    /// Makes ready for another build, by as many threads as it is going to have: devices, scenes, copies that a build uses up. Not timed.
     ///
     /// # Errors
     /// What keeps it from building.
-    fn renew(&mut self) -> Result<(), Failure> {
+    fn renew(&mut self, _crew: &Crew) -> Result<(), Failure> {
         Ok(())
     }
 

@@ -110,14 +110,14 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn renew(&mut self) -> Result<(), Failure> {
+    fn renew(&mut self, _: &Crew) -> Result<(), Failure> {
         self.scene = Some(scene_of(self.mesh.clone(), Motion::Static)?.0);
         Ok(())
     }
 
     fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
         if self.scene.is_none() {
-            self.renew()?;
+            self.renew(crew)?;
         }
         let mut scene = self.scene.take().expect("it has just been renewed");
         Ok(Box::new(Traced { view: crew.run(|| scene.commit()) }))

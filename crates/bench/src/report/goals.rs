@@ -1,4 +1,4 @@
-//! The goals that issue 3 states, each with what was measured: ours over the best of the others, case by case, and the geometric mean.
+//! The goals for speed, each with what was measured: ours over the best of the others, case by case, and the geometric mean.
 
 use super::derived::base;
 use super::verdict::{Bar, Found, Verdict};

@@ -57,7 +57,8 @@ impl Device {
     pub(super) fn with_messages(api: &Arc<Api>, threads: usize, messages: bool) -> Result<Self, Failure> {
         let verbose = if messages { 2 } else { 0 };
         let isa = api.isa.map_or_else(String::new, |isa| format!(",isa={isa}"));
-        let settings = CString::new(format!("threads={threads},verbose={verbose}{isa}"))?;
+        // Threads are there before they are needed, as ours are.
+        let settings = CString::new(format!("threads={threads},start_threads=1,verbose={verbose}{isa}"))?;
         // SAFETY: the text ends with a zero and is copied.
         let handle = unsafe { (api.new_device)(settings.as_ptr()) };
         if handle.is_null() {

@@ -105,24 +105,34 @@ impl Drop for OneMesh {
     }
 }
 
-/// Triangles, before there is a tree.
+/// Triangles, before there is a tree; and a scene of them, once it is renewed, in which nothing is missing but the tree.
 pub(super) struct Ready {
     api: Arc<Api>,
     buffers: Arc<Buffers>,
     quality: BuildQuality,
     flags: SceneFlags,
+    scene: Option<OneMesh>,
 }
 
 impl Ready {
     pub(super) fn new(api: &Arc<Api>, soup: &Soup, quality: BuildQuality, flags: SceneFlags) -> Self {
-        Self { api: Arc::clone(api), buffers: Arc::new(Buffers::of(soup)), quality, flags }
+        Self { api: Arc::clone(api), buffers: Arc::new(Buffers::of(soup)), quality, flags, scene: None }
     }
 }
 
 impl Prepared for Ready {
-    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn renew(&mut self, crew: &Crew) -> Result<(), Failure> {
         let device = Device::new(&self.api, crew.threads)?;
-        let mesh = OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?;
+        let buffers = Arc::clone(&self.buffers);
+        self.scene = Some(OneMesh::new(device, buffers, self.quality, self.quality, self.flags)?);
+        Ok(())
+    }
+
+    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+        if self.scene.is_none() {
+            self.renew(crew)?;
+        }
+        let mesh = self.scene.take().expect("it has just been renewed");
         mesh.commit()?;
         let (bytes, peak) = mesh.device.memory.now_and_most();
         let api = &mesh.device.api;
