@@ -11,11 +11,12 @@
 //!
 //! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes sets of rays, `engine` holds the
 //! engines behind one trait, `level` forces them to one set of instructions, `agree` compares answers, `exact` says which are right, `measure` has clocks
-//! and statistics, `compare` runs it all, `report` writes it down, `peers` fetches what is opened at run time.
+//! and statistics, `compare` runs it all, `closed` counts what slips out of closed shapes, `report` writes it down, `peers` fetches what is opened at run time.
 
 mod agree;
 mod case;
 mod chance;
+mod closed;
 mod compare;
 mod engine;
 mod exact;
@@ -50,6 +51,8 @@ struct Arguments {
 enum Job {
     /// Measures all engines on the built-in scenes and on those given
     Compare(Box<compare::Options>),
+    /// Counts what rays from inside closed tubes and boxes do: slips, false hits, wrong distances
+    Closed(closed::Options),
     /// Downloads Embree (through pip) and unpacks it where `compare` finds it
     FetchPeers,
     /// Lists the engines that can be measured here
@@ -73,6 +76,12 @@ fn run(job: Job) -> Result<ExitCode, Failure> {
                 return Ok(code);
             }
             return Ok(if compare::run(&options)? { ExitCode::SUCCESS } else { ExitCode::from(2) });
+        }
+        Job::Closed(options) => {
+            if let Some(code) = level::elsewhere(options.level)? {
+                return Ok(code);
+            }
+            return Ok(if closed::run(&options)? { ExitCode::SUCCESS } else { ExitCode::from(2) });
         }
         Job::FetchPeers => peers::fetch()?.iter().for_each(|path| println!("{}", path.display())),
         Job::Engines => {

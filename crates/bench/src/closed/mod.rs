@@ -1,0 +1,189 @@
+//! Rays from inside closed tubes and boxes: whatever way they go, they cross the shape, and a
+//! tracer that keeps its word hits it.
+
+mod rays;
+mod shape;
+mod tally;
+
+use std::path::PathBuf;
+
+use kinetree::simd::Level;
+use serde::Serialize;
+
+use self::shape::Shape;
+use self::tally::{DISTANCE_BOUND, Tally};
+use crate::engine::{self, Coherence, Crew, Engine};
+use crate::ray::{Answer, Ray};
+use crate::soup::Soup;
+use crate::{Failure, level, machine};
+
+/// How many rays, and how they are made.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct Options {
+    /// How many rays
+    #[arg(long, default_value_t = 10_000_000)]
+    rays: usize,
+    /// Forces every engine that can to these instructions: scalar, avx2, avx512 or neon [default:
+    /// the best of this machine]
+    #[arg(long, value_name = "LEVEL", value_parser = level::named)]
+    pub(crate) level: Option<Level>,
+    /// Of everything random: other shapes, other rays
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Writes what was counted as a JSON object
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Rays for each shape.
+const EACH: usize = 4096;
+
+/// How an engine is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    Single,
+    Batch,
+}
+
+/// Those that are asked, under one name; where there are several engines, shapes take turns.
+const ASKED: [(&str, &[&str], Way); 4] = [
+    ("kinetree, single", &["kinetree fast", "kinetree best", "kinetree fastest"], Way::Single),
+    ("kinetree, batch", &["kinetree fast", "kinetree best", "kinetree fastest"], Way::Batch),
+    ("embree robust", &["embree medium robust"], Way::Single),
+    ("embree", &["embree medium"], Way::Single),
+];
+
+/// One of those, and how it did.
+#[derive(Serialize)]
+struct Asked {
+    engine: &'static str,
+    instructions: String,
+    #[serde(skip)]
+    settings: Vec<usize>,
+    #[serde(skip)]
+    way: Way,
+    #[serde(flatten)]
+    tally: Tally,
+}
+
+/// What is written.
+#[derive(Serialize)]
+struct Found<'a> {
+    processor: String,
+    level: &'static str,
+    date: String,
+    seed: u64,
+    shapes: u64,
+    rays: usize,
+    distance_bound: f64,
+    engines: &'a [Asked],
+}
+
+/// Counts, and tells whether ours did nothing wrong.
+///
+/// # Errors
+/// An engine that cannot build, or results that cannot be written.
+pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
+    let (engines, notes) = engine::all();
+    let level = Level::current().name();
+    println!("{}, level {level}, seed {}, {}", machine::processor(), options.seed, machine::date());
+    notes.iter().filter(|note| note.contains("Embree")).for_each(|note| println!("{note}"));
+    let mut asked: Vec<Asked> = ASKED.iter().filter_map(|asked| found(&engines, asked)).collect();
+    let shapes = options.rays.div_ceil(EACH) as u64;
+    let crew = Crew::new(1)?;
+    for number in 0..shapes {
+        let shape = Shape::new(options.seed, number);
+        let rays = rays::rays(&shape, EACH.min(options.rays - number as usize * EACH), options.seed, number);
+        let right = tally::right(&shape, &rays);
+        for asked in &mut asked {
+            let engine = &engines[asked.settings[number as usize % asked.settings.len()]];
+            let answers = answers(&**engine, &crew, &shape.soup, &rays, asked.way)?;
+            asked.tally.count(number, &shape, &rays, &right, &answers);
+        }
+        if shapes >= 10 && (number + 1) * 10 / shapes > number * 10 / shapes {
+            eprintln!("{} %", (number + 1) * 100 / shapes);
+        }
+    }
+    print!("{}", table(&asked));
+    if let Some(path) = &options.json {
+        let (seed, rays) = (options.seed, options.rays);
+        let found = Found {
+            processor: machine::processor(),
+            level,
+            date: machine::date(),
+            seed,
+            shapes,
+            rays,
+            distance_bound: DISTANCE_BOUND,
+            engines: &asked,
+        };
+        std::fs::write(path, serde_json::to_string_pretty(&found)?)
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    Ok(asked.iter().all(|asked| !asked.engine.starts_with("kinetree") || asked.tally.is_clean()))
+}
+
+fn found(engines: &[Box<dyn Engine>], (name, settings, way): &(&'static str, &[&str], Way)) -> Option<Asked> {
+    let place = |setting: &&str| engines.iter().position(|engine| engine.name() == *setting);
+    let settings: Vec<usize> = settings.iter().filter_map(place).collect();
+    let instructions = engines[*settings.first()?].instructions().to_owned();
+    Some(Asked { engine: name, instructions, settings, way: *way, tally: Tally::default() })
+}
+
+fn answers(engine: &dyn Engine, crew: &Crew, soup: &Soup, rays: &[Ray], way: Way) -> Result<Vec<Answer>, Failure> {
+    let tree = engine.prepare(soup)?.build(crew)?;
+    let mut answers = vec![Answer::MISS; rays.len()];
+    match way {
+        Way::Single => tree.closest(rays, &mut answers),
+        Way::Batch => {
+            let batches = tree.batches();
+            let batch = batches.first().ok_or("it has no batches")?;
+            batch.closest(rays, &mut answers, Coherence::Coherent);
+        }
+    }
+    Ok(answers)
+}
+
+fn table(asked: &[Asked]) -> String {
+    let mut text = format!(
+        "\n{:<18} {:<9} {:>11} {:>8} {:>11} {:>11} {:>12} {:>11} {:>12}\n",
+        "", "", "rays", "slips", "false hits", "worst pass", "distances", "worst", "worst error"
+    );
+    text += &format!(
+        "{:<18} {:<9} {:>11} {:>8} {:>11} {:>11} {:>12} {:>11} {:>12}\n",
+        "", "", "", "", "", "/ half w.", "off > 2^-14", "part off", "/ half w."
+    );
+    for Asked { engine, instructions, tally, .. } in asked {
+        let Tally { rays, slips, false_hits, worst_pass, wrong_distances, worst_part, worst_error, .. } = tally;
+        text += &format!(
+            "{engine:<18} {instructions:<9} {rays:>11} {slips:>8} {false_hits:>11} {worst_pass:>11.1e} {wrong_distances:>12} {worst_part:>11.1e} {worst_error:>12.1e}\n"
+        );
+    }
+    for Asked { engine, tally, .. } in asked {
+        let examples = [
+            ("slip", tally.first_slip),
+            ("false hit", tally.first_false_hit),
+            ("distance", tally.first_wrong_distance),
+        ];
+        for (what, example) in examples.into_iter().filter_map(|(what, example)| Some((what, example?))) {
+            text += &format!("first {what} of {engine}: {example:?}\n");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_and_rays_are_the_same_every_time() {
+        let of = |seed, number| {
+            let shape = Shape::new(seed, number);
+            (rays::rays(&shape, 100, seed, number), shape.soup.positions)
+        };
+        assert_eq!(of(3, 5), of(3, 5));
+        assert_ne!(of(3, 5).1, of(4, 5).1);
+        assert_ne!(of(3, 5).1, of(3, 6).1);
+    }
+}

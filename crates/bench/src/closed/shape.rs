@@ -1,0 +1,194 @@
+//! Closed tubes and boxes: prisms whose neighbouring triangles share their corners, from fat to
+//! very long.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use crate::chance::Chance;
+use crate::soup::Soup;
+
+/// Widths and lengths, metres, before scaling.
+const WIDTHS: [f64; 2] = [0.01, 1.0];
+const LENGTHS: [f64; 2] = [1.0, 1e6];
+/// Everything is scaled by up to this, or down as much.
+const SCALE: f64 = 1e6;
+/// How far from the origin of space shapes may lie, metres.
+const OFFSETS: [f64; 2] = [1e-8, 1e6];
+/// Shapes are at least so many units of the last place of their largest coordinate wide: thinner
+/// ones are no tubes any more once they are rounded.
+const LEAST_WIDTH: f64 = 1000.0;
+
+/// Corners of cross sections, within a square of two by two.
+const SECTIONS: [&[[f64; 2]]; 4] = [
+    &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+    &[[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]],
+    &[[1.0, 0.0], [0.5, 1.0], [-0.5, 1.0], [-1.0, 0.0], [-0.5, -1.0], [0.5, -1.0]],
+    &[[1.0, -0.5], [1.0, 0.5], [0.5, 1.0], [-0.5, 1.0], [-1.0, 0.5], [-1.0, -0.5], [-0.5, -1.0], [0.5, -1.0]],
+];
+
+/// A closed shape, and how to find points of it.
+pub(super) struct Shape {
+    pub(super) soup: Soup,
+    /// Metres, from its middle to its side.
+    pub(super) half_width: f64,
+    section: &'static [[f64; 2]],
+    length: f64,
+    middle: DVec3,
+    /// Across, across, along.
+    axes: [DVec3; 3],
+}
+
+impl Shape {
+    /// Shape number `number` of a seed.
+    pub(super) fn new(seed: u64, number: u64) -> Self {
+        let mut chance = Chance::new(seed, number << 8 | 0xc1);
+        let section = SECTIONS[chance.below(2 * SECTIONS.len() - 1).saturating_sub(SECTIONS.len() - 1)];
+        let axes = axes(&mut chance);
+        loop {
+            let scale = log_between(&mut chance, [1.0 / SCALE, SCALE]);
+            let half_width = log_between(&mut chance, WIDTHS) * 0.5 * scale;
+            let length = log_between(&mut chance, LENGTHS) * scale;
+            let mut offset = || f64::from(chance.between(-1.0, 1.0));
+            let direction = DVec3::new(offset(), offset(), offset());
+            let middle = match chance.below(4) {
+                0 => DVec3::ZERO,
+                // As far as the width allows.
+                1 => direction * (half_width / (LEAST_WIDTH * f64::from(f32::EPSILON))).min(OFFSETS[1]),
+                _ => direction * log_between(&mut chance, OFFSETS),
+            };
+            let rings = 2 + chance.below(3);
+            let shape = Self { soup: Soup::default(), half_width, section, length, middle, axes };
+            let places: Vec<f64> = (0..rings).map(|ring| shape.ring(ring, rings, &mut chance)).collect();
+            if let Some(shape) = shape.with_soup(&places, &mut chance) {
+                return shape;
+            }
+        }
+    }
+
+    /// Where a ring of corners lies along the shape, from -1 to 1.
+    fn ring(&self, ring: usize, rings: usize, chance: &mut Chance) -> f64 {
+        let between = (ring > 0 && ring + 1 < rings).then(|| f64::from(chance.between(-0.3, 0.3)));
+        (2 * ring) as f64 / (rings - 1) as f64 - 1.0 + between.unwrap_or(0.0)
+    }
+
+    /// A point: on the cross section, in units of its half width, and along, from -1 to 1.
+    fn point(&self, across: DVec2, along: f64) -> Vec3 {
+        let [x, y, z] = self.axes;
+        (self.middle + (x * across.x + y * across.y) * self.half_width + z * (along * self.length * 0.5)).as_vec3()
+    }
+
+    /// `None` when the shape is too thin for where it lies.
+    fn with_soup(mut self, places: &[f64], chance: &mut Chance) -> Option<Self> {
+        let sides = self.section.len() as u32;
+        let corners =
+            places.iter().flat_map(|along| self.section.iter().map(|at| self.point(DVec2::from(*at), *along)));
+        let positions: Vec<Vec3> = corners.collect();
+        let largest = positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        let unit = f64::from(f32::from_bits(largest.to_bits() + 1) - largest);
+        if 2.0 * self.half_width < LEAST_WIDTH * unit {
+            return None;
+        }
+        let mut triangles = Vec::new();
+        let mut quad = |[a, b, c, d]: [u32; 4]| {
+            triangles.extend(if chance.below(2) == 0 { [[a, b, c], [a, c, d]] } else { [[b, c, d], [b, d, a]] });
+        };
+        for ring in 0..places.len() as u32 - 1 {
+            for side in 0..sides {
+                let (from, to) = (ring * sides + side, ring * sides + (side + 1) % sides);
+                quad([from, to, to + sides, from + sides]);
+            }
+        }
+        let last = (places.len() as u32 - 1) * sides;
+        for side in 1..sides - 1 {
+            triangles.push([0, side + 1, side]);
+            triangles.push([last, last + side, last + side + 1]);
+        }
+        // Which way they face and where they begin is all the same to a ray.
+        for triangle in &mut triangles {
+            triangle.rotate_left(chance.below(3));
+            if chance.below(2) == 0 {
+                triangle.swap(0, 1);
+            }
+        }
+        self.soup.add(positions, &triangles);
+        Some(self)
+    }
+
+    /// A point inside: somewhere along, as far out as `outwards` says, below 1 at most.
+    pub(super) fn inside(&self, chance: &mut Chance, outwards: f64) -> Vec3 {
+        let along = f64::from(chance.between(-0.999, 0.999));
+        self.point(self.on_the_section(chance) * outwards, along)
+    }
+
+    /// A point of its side, about so far along.
+    pub(super) fn side(&self, chance: &mut Chance, along: f64) -> Vec3 {
+        self.point(self.on_the_section(chance), along)
+    }
+
+    fn on_the_section(&self, chance: &mut Chance) -> DVec2 {
+        let from = chance.below(self.section.len());
+        let [a, b] = [from, (from + 1) % self.section.len()].map(|at| DVec2::from(self.section[at]));
+        a.lerp(b, f64::from(chance.unit()))
+    }
+
+    /// How far along itself a point lies, from -1 to 1.
+    pub(super) fn along(&self, point: Vec3) -> f64 {
+        (point.as_dvec3() - self.middle).dot(self.axes[2]) / (self.length * 0.5)
+    }
+
+    /// A point of an edge between two triangles, often a corner.
+    pub(super) fn edge(&self, chance: &mut Chance) -> Vec3 {
+        let corners = self.soup.corners(chance.below(self.soup.len()) as u32);
+        let from = chance.below(3);
+        let place = if chance.below(4) == 0 { 0.0 } else { f64::from(chance.unit()) };
+        corners[from].as_dvec3().lerp(corners[(from + 1) % 3].as_dvec3(), place).as_vec3()
+    }
+
+    /// The way along it.
+    pub(super) fn axis(&self) -> Vec3 {
+        self.axes[2].as_vec3()
+    }
+}
+
+/// Those of space in some order, or any.
+fn axes(chance: &mut Chance) -> [DVec3; 3] {
+    if chance.below(3) > 0 {
+        let mut axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        chance.shuffle(&mut axes);
+        return axes;
+    }
+    let along = chance.direction().as_dvec3().normalize();
+    let across = along.any_orthonormal_vector();
+    [across, along.cross(across), along]
+}
+
+/// Every size about equally likely.
+fn log_between(chance: &mut Chance, [low, high]: [f64; 2]) -> f64 {
+    low * (high / low).powf(f64::from(chance.unit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn every_edge_is_shared_by_two_triangles_and_sizes_are_of_all_kinds() {
+        let (mut slimmest, mut smallest, mut largest, mut farthest) = (0.0_f64, f64::INFINITY, 0.0_f64, 0.0_f64);
+        for number in 0..2000 {
+            let shape = Shape::new(1, number);
+            let mut edges = BTreeMap::new();
+            for triangle in &shape.soup.triangles {
+                for from in 0..3 {
+                    let [a, b] = [triangle[from], triangle[(from + 1) % 3]];
+                    *edges.entry((a.min(b), a.max(b))).or_insert(0) += 1;
+                }
+            }
+            assert!(edges.values().all(|count| *count == 2), "shape {number}");
+            slimmest = slimmest.max(shape.length / shape.half_width);
+            smallest = smallest.min(shape.half_width);
+            largest = largest.max(shape.half_width);
+            farthest = farthest.max(shape.middle.abs().max_element());
+        }
+        assert!(slimmest > 1e4 && smallest < 1e-7 && largest > 1e5 && farthest > 1e5);
+    }
+}

@@ -1,0 +1,196 @@
+//! What an engine did with rays whose right answers are known.
+
+use glam::{DVec3, Vec3};
+use serde::Serialize;
+
+use super::shape::Shape;
+use crate::exact::{closest_by_looking, crossing};
+use crate::ray::{Answer, Ray};
+
+/// By what part of itself the distance of a watertight hit may be off, as `Precision::Watertight`
+/// states it.
+pub(super) const DISTANCE_BOUND: f64 = 1.0 / (1 << 14) as f64;
+
+/// The right answer of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Right {
+    /// Where it leaves the shape, in lengths of the direction.
+    t: f64,
+}
+
+/// Of rays of a shape; `None` of one that meets nothing, since it started outside after rounding.
+pub(super) fn right(shape: &Shape, rays: &[Ray]) -> Vec<Option<Right>> {
+    let found = closest_by_looking(&shape.soup, rays);
+    let exact = |(ray, answer): (&Ray, Answer)| {
+        let found = answer.is_hit().then(|| crossing(ray, &shape.soup.corners(answer.primitive))).flatten();
+        found.map(|found| Right { t: found.t })
+    };
+    rays.iter().zip(found).map(exact).collect()
+}
+
+/// The first ray that went wrong in a way.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Example {
+    shape: u64,
+    origin: [f32; 3],
+    direction: [f32; 3],
+    right: f64,
+    /// None of a slip.
+    given: Option<f32>,
+}
+
+/// Of one engine.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(super) struct Tally {
+    /// Rays that cross the shape.
+    pub(super) rays: usize,
+    /// Of those, how many hit nothing.
+    pub(super) slips: usize,
+    /// Hits on a triangle that the ray does not meet, exactly.
+    pub(super) false_hits: usize,
+    /// By how much such a ray passes the triangle by, at worst, over half the width of the shape.
+    pub(super) worst_pass: f64,
+    /// Distances that are off by more than the part of themselves that `Precision::Watertight`
+    /// allows.
+    pub(super) wrong_distances: usize,
+    /// How far distances are off at worst, as a part of themselves.
+    pub(super) worst_part: f64,
+    /// How far hits are off at worst, along the ray, over half the width of the shape.
+    pub(super) worst_error: f64,
+    pub(super) first_slip: Option<Example>,
+    pub(super) first_false_hit: Option<Example>,
+    pub(super) first_wrong_distance: Option<Example>,
+}
+
+impl Tally {
+    /// Whether nothing went wrong.
+    pub(super) fn is_clean(&self) -> bool {
+        self.slips + self.false_hits + self.wrong_distances == 0
+    }
+
+    /// Counts the answers to the rays of a shape.
+    pub(super) fn count(
+        &mut self,
+        number: u64,
+        shape: &Shape,
+        rays: &[Ray],
+        right: &[Option<Right>],
+        given: &[Answer],
+    ) {
+        for ((ray, right), given) in rays.iter().zip(right).zip(given) {
+            let Some(Right { t }) = *right else { continue };
+            self.rays += 1;
+            let t_given = given.is_hit().then_some(given.t);
+            let example =
+                Example { shape: number, origin: ray.origin, direction: ray.direction, right: t, given: t_given };
+            if !given.is_hit() {
+                self.slips += 1;
+                self.first_slip.get_or_insert(example);
+                continue;
+            }
+            let corners = shape.soup.corners(given.primitive);
+            if !crossing(ray, &corners).is_some_and(|crossing| crossing.is_hit) {
+                self.false_hits += 1;
+                self.worst_pass = self.worst_pass.max(distance(ray, &corners) / shape.half_width);
+                self.first_false_hit.get_or_insert(example);
+            }
+            let error = (f64::from(given.t) - t).abs();
+            let part = if error == 0.0 { 0.0 } else { error / t };
+            if part > DISTANCE_BOUND {
+                self.wrong_distances += 1;
+                self.first_wrong_distance.get_or_insert(example);
+            }
+            self.worst_part = self.worst_part.max(part);
+            let length = Vec3::from(ray.direction).as_dvec3().length();
+            self.worst_error = self.worst_error.max(error * length / shape.half_width);
+        }
+    }
+}
+
+/// From a ray that does not meet a triangle to the triangle, metres: to the nearest of its edges,
+/// or from the origin of the ray to its inside.
+fn distance(ray: &Ray, corners: &[Vec3; 3]) -> f64 {
+    let origin = Vec3::from(ray.origin).as_dvec3();
+    let corners = corners.map(|corner| corner.as_dvec3() - origin);
+    let direction = Vec3::from(ray.direction).as_dvec3().normalize();
+    let edges = [0, 1, 2].map(|from| to_segment(direction, corners[from], corners[(from + 1) % 3]));
+    let nearest = edges.into_iter().fold(f64::INFINITY, f64::min);
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    let foot = normal * normal.dot(corners[0]);
+    let sides = [0, 1, 2].map(|from| {
+        let (a, b) = (corners[from], corners[(from + 1) % 3]);
+        normal.dot((b - a).cross(foot - a))
+    });
+    if normal != DVec3::ZERO && sides.iter().all(|side| *side >= 0.0) { nearest.min(foot.length()) } else { nearest }
+}
+
+/// Between a ray from the origin of space along a unit vector, and a segment (Ericson 2005,
+/// "Real-Time Collision Detection", 5.1.9).
+fn to_segment(direction: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let edge = to - from;
+    let (edge_edge, along) = (edge.length_squared(), direction.dot(edge));
+    let (ray_from, edge_from) = (direction.dot(from), edge.dot(from));
+    let denominator = edge_edge - along * along;
+    // Parallel lines are as near at one end of the segment as anywhere.
+    let place = if denominator > 0.0 { (along * ray_from - edge_from) / denominator } else { 0.0 };
+    let nearest = |place: f64| {
+        let point = from + edge * place.clamp(0.0, 1.0);
+        (point - direction * direction.dot(point).max(0.0)).length()
+    };
+    let behind = if edge_edge > 0.0 { -edge_from / edge_edge } else { 0.0 };
+    [place, behind, 0.0, 1.0].into_iter().map(nearest).fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_pass_triangles_at_the_distance_that_one_sees() {
+        let triangle = [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0];
+        let passes =
+            |origin: [f32; 3], direction: [f32; 3]| distance(&Ray::new(origin.into(), direction.into()), &triangle);
+        let cases = [
+            ([1.0, -3.0, 5.0], [0.0, 0.0, -2.0], 3.0),
+            // Away from its inside.
+            ([1.0, 1.0, 5.0], [0.0, 0.0, 1.0], 5.0),
+            ([-3.0, -4.0, 1.0], [0.0, 0.0, -1.0], 5.0),
+            // Along an edge.
+            ([1.0, -2.0, 0.0], [1.0, 0.0, 0.0], 2.0),
+            ([5.0, 0.0, 0.0], [1.0, 0.0, 0.0], 1.0),
+            ([-5.0, 1.0, 2.0], [1.0, 0.0, 0.0], 2.0),
+        ];
+        for (origin, direction, expected) in cases {
+            let found = passes(origin, direction);
+            assert!((found - expected).abs() < 1e-12, "{origin:?} {direction:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn slips_false_hits_and_wrong_distances_are_told_apart() {
+        let shape = Shape::new(1, 0);
+        let rays = super::super::rays::rays(&shape, 64, 1, 0);
+        let right = right(&shape, &rays);
+        assert!(right.iter().filter(|right| right.is_some()).count() > 60);
+        let answers = closest_by_looking(&shape.soup, &rays);
+        let tally = |answers: &[Answer]| {
+            let mut tally = Tally::default();
+            tally.count(0, &shape, &rays, &right, answers);
+            tally
+        };
+        let clean = tally(&answers);
+        assert!(clean.is_clean() && clean.worst_part < 1e-7, "{clean:?}");
+        let at = right.iter().position(Option::is_some).unwrap();
+        let mut slipped = answers.clone();
+        slipped[at] = Answer::MISS;
+        assert_eq!((tally(&slipped).slips, tally(&slipped).false_hits), (1, 0));
+        let mut elsewhere = answers.clone();
+        let missed = |primitive: &u32| crossing(&rays[at], &shape.soup.corners(*primitive)).is_none_or(|it| !it.is_hit);
+        elsewhere[at].primitive = (0..shape.soup.len() as u32).find(missed).unwrap();
+        let counted = tally(&elsewhere);
+        assert!(counted.false_hits == 1 && counted.slips + counted.wrong_distances == 0 && counted.worst_pass > 0.0);
+        let mut off = answers.clone();
+        off[at].t *= 1.001;
+        assert_eq!((tally(&off).wrong_distances, tally(&off).false_hits), (1, 0));
+    }
+}
