@@ -35,7 +35,7 @@ fn depth_first(nodes: &Slots<Node>) -> Vec<(Handle, Option<u32>)> {
     while let Some(slot) = open.pop() {
         let node = nodes.at(slot).expect("a child is removed together with its place among the children");
         order.push((nodes.handle_of(slot), node.parent));
-        open.extend(&node.children);
+        open.extend(node.children.slots());
     }
     order
 }

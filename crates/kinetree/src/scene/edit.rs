@@ -101,7 +101,8 @@ impl Scene {
         let placement = Placement::at(parent_from_node);
         let node = Node { placement, parent: Some(parent.0.slot), ..Node::root() };
         let id = self.nodes.insert(node)?;
-        self.nodes.get_mut(parent.0)?.children.push(id.slot);
+        let place = self.nodes.get_mut(parent.0)?.children.add(id.slot);
+        self.nodes.get_mut(id)?.place = place;
         Ok(id.into())
     }
 
@@ -119,9 +120,10 @@ impl Scene {
         self.nodes.get(node.0)?;
         self.meshes.get(mesh.0)?;
         let placement = Placement::at(node_from_instance);
-        let instance = Instance { placement, node: node.0.slot, mesh: mesh.0, opaque: false, inverted: None };
+        let instance = Instance { placement, node: node.0.slot, place: 0, mesh: mesh.0, opaque: false, inverted: None };
         let id = self.instances.insert(instance)?;
-        self.nodes.get_mut(node.0)?.instances.push(id.slot);
+        let place = self.nodes.get_mut(node.0)?.instances.add(id.slot);
+        self.instances.get_mut(id)?.place = place;
         self.meshes.get_mut(mesh.0)?.instances += 1;
         Ok(id.into())
     }
@@ -242,8 +244,11 @@ impl Scene {
     /// A stale or foreign handle.
     pub fn remove_instance(&mut self, instance: InstanceId) -> Result<(), EditError> {
         let removed = self.instances.remove(instance.0)?;
-        if let Some(node) = self.nodes.at_mut(removed.node) {
-            node.instances.retain(|&slot| slot != instance.0.slot);
+        if let Some(node) = self.nodes.at_mut(removed.node)
+            && let Some(moved) = node.instances.remove(removed.place)
+            && let Some(moved) = self.instances.at_mut(moved)
+        {
+            moved.place = removed.place;
         }
         self.meshes.get_mut(removed.mesh)?.instances -= 1;
         Ok(())
@@ -254,14 +259,18 @@ impl Scene {
     /// # Errors
     /// A stale or foreign handle; the root.
     pub fn remove_node(&mut self, node: NodeId) -> Result<(), EditError> {
-        let parent = self.nodes.get(node.0)?.parent.ok_or(EditError::Root)?;
-        if let Some(parent) = self.nodes.at_mut(parent) {
-            parent.children.retain(|&slot| slot != node.0.slot);
+        let Node { parent, place, .. } = *self.nodes.get(node.0)?;
+        let parent = parent.ok_or(EditError::Root)?;
+        if let Some(parent) = self.nodes.at_mut(parent)
+            && let Some(moved) = parent.children.remove(place)
+            && let Some(moved) = self.nodes.at_mut(moved)
+        {
+            moved.place = place;
         }
         let mut open = vec![node.0.slot];
         while let Some(node) = open.pop().and_then(|slot| self.nodes.remove_at(slot)) {
-            open.extend(&node.children);
-            for slot in node.instances {
+            open.extend(node.children.slots());
+            for &slot in node.instances.slots() {
                 if let Some(instance) = self.instances.remove_at(slot) {
                     self.meshes.get_mut(instance.mesh)?.instances -= 1;
                 }
@@ -304,4 +313,85 @@ fn check_transform(transform: &Affine) -> Result<(), EditError> {
 fn check_count(mesh: &LivingMesh, found: usize) -> Result<(), EditError> {
     let expected = mesh.data().positions.len();
     if found == expected { Ok(()) } else { Err(EditError::PositionCountChanged { expected, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps in the lists of what hangs on nodes.
+    fn steps(scene: &Scene) -> u64 {
+        scene.nodes.iter().map(|(_, node)| node.children.steps + node.instances.steps).sum()
+    }
+
+    #[test]
+    fn removing_takes_one_step_however_many_siblings_there_are() {
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(Mesh::empty(), Motion::Rigid).unwrap();
+        let root = scene.root();
+        let mut placed: Vec<Placed> = Vec::new();
+        for i in 0..10_000_usize {
+            placed.push(if i % 2 == 0 {
+                scene.add_node(root, Affine::IDENTITY).unwrap().into()
+            } else {
+                scene.add_instance(root, mesh, Affine::IDENTITY).unwrap().into()
+            });
+        }
+        let before = steps(&scene);
+        // From the front, from the back and from the middle.
+        for i in 0..10_000 {
+            let at = [0, placed.len() - 1, placed.len() / 2][i % 3];
+            match placed.swap_remove(at) {
+                Placed::Node(node) => scene.remove_node(node).unwrap(),
+                Placed::Instance(instance) => scene.remove_instance(instance).unwrap(),
+            }
+        }
+        assert_eq!(steps(&scene) - before, 10_000);
+        let root = scene.nodes.get(root.0).unwrap();
+        assert!(root.children.slots().is_empty() && root.instances.slots().is_empty());
+        assert_eq!(scene.instances.iter().count(), 0);
+        scene.remove_mesh(mesh).unwrap();
+    }
+
+    #[test]
+    fn what_hangs_on_a_node_is_right_after_any_removals() {
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(Mesh::empty(), Motion::Rigid).unwrap();
+        let mut nodes = vec![scene.root()];
+        let mut seed = 0x5eed_u64;
+        let mut random = |below: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as usize % below
+        };
+        for step in 0..4000 {
+            let at = random(nodes.len());
+            match random(4) {
+                0 | 1 => nodes.push(scene.add_node(nodes[at], Affine::IDENTITY).unwrap()),
+                2 => drop(scene.add_instance(nodes[at], mesh, Affine::IDENTITY).unwrap()),
+                _ if at > 0 && step % 3 == 0 => scene.remove_node(nodes[at]).unwrap(),
+                _ => {
+                    let all: Vec<u32> = scene.instances.iter().map(|(slot, _)| slot).collect();
+                    if !all.is_empty() {
+                        let handle = scene.instances.handle_of(all[random(all.len())]);
+                        scene.remove_instance(handle.into()).unwrap();
+                    }
+                }
+            }
+            nodes.retain(|node| scene.nodes.get(node.0).is_ok());
+            for (slot, node) in scene.nodes.iter() {
+                if let Some(parent) = node.parent {
+                    let siblings = scene.nodes.at(parent).unwrap().children.slots();
+                    assert_eq!(siblings[node.place as usize], slot, "step {step}");
+                }
+                assert!(node.children.slots().iter().all(|&child| scene.nodes.at(child).is_some()));
+            }
+            for (slot, instance) in scene.instances.iter() {
+                let siblings = scene.nodes.at(instance.node).unwrap().instances.slots();
+                assert_eq!(siblings[instance.place as usize], slot, "step {step}");
+            }
+            let listed: usize = scene.nodes.iter().map(|(_, node)| node.instances.slots().len()).sum();
+            assert_eq!(listed, scene.instances.iter().count());
+            assert_eq!(scene.meshes.get(mesh.0).unwrap().instances, listed);
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The hierarchy: nodes within nodes, and the instances that hang on them.
 
+use super::members::Members;
 use super::slots::Slots;
 use crate::geometry::Affine;
 use crate::geometry::inverse::Inverse;
@@ -35,13 +36,21 @@ pub(crate) struct Node {
     pub(crate) placement: Placement,
     /// `None` for a root.
     pub(crate) parent: Option<u32>,
-    pub(crate) children: Vec<u32>,
-    pub(crate) instances: Vec<u32>,
+    /// Among the children of the parent.
+    pub(crate) place: u32,
+    pub(crate) children: Members,
+    pub(crate) instances: Members,
 }
 
 impl Node {
     pub(crate) fn root() -> Self {
-        Self { placement: Placement::at(Affine::IDENTITY), parent: None, children: Vec::new(), instances: Vec::new() }
+        Self {
+            placement: Placement::at(Affine::IDENTITY),
+            parent: None,
+            place: 0,
+            children: Members::default(),
+            instances: Members::default(),
+        }
     }
 }
 
@@ -49,6 +58,8 @@ impl Node {
 pub(crate) struct Instance {
     pub(crate) placement: Placement,
     pub(crate) node: u32,
+    /// Among the instances of the node.
+    pub(crate) place: u32,
     pub(crate) mesh: Handle,
     pub(crate) opaque: bool,
     /// The placement that the inverse belongs to.
@@ -65,7 +76,7 @@ pub(crate) fn resolve(nodes: &Slots<Node>) -> Vec<Placement> {
             Some(parent) => resolved[parent as usize].then(&node.placement),
             None => node.placement,
         };
-        open.extend(&node.children);
+        open.extend(node.children.slots());
     }
     resolved
 }

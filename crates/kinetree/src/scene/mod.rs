@@ -11,6 +11,7 @@ mod frame;
 mod graph;
 mod input;
 mod living_mesh;
+mod members;
 mod mesh;
 mod offset;
 mod pose;
