@@ -6,8 +6,8 @@ use super::below::KeptHierarchy;
 use super::edit::Scene;
 use super::frame::{Frame, PlacedInstance};
 use super::living_mesh::LivingMesh;
+use super::published::Publisher;
 use super::report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
-use super::ring::Ring;
 use super::snapshot::Snapshot;
 use super::top_level;
 use crate::clock::Clock;
@@ -21,7 +21,7 @@ use crate::wide::InstanceRecord;
 /// What a scene keeps from commit to commit.
 #[derive(Debug, Default)]
 pub(crate) struct Kept {
-    frames: Ring<Frame>,
+    frames: Publisher<Frame>,
     hierarchy: KeptHierarchy,
     count: u64,
     /// Stands in for a mesh that was removed.
@@ -36,7 +36,7 @@ impl Scene {
     pub fn commit(&mut self) -> Snapshot {
         let clock = Clock::start();
         // Frames that nobody holds any more let go of their meshes first, so that those can be written again.
-        self.kept.frames.for_each_free(Frame::release_meshes);
+        self.kept.frames.collect(|frame| frame.release_meshes(&mut self.meshes));
         let (mut frame, new_frame) = self.kept.frames.claim();
         self.kept.count += 1;
         frame.world.stamp = FrameStamp::fresh();
@@ -63,7 +63,7 @@ impl Scene {
             mesh_time,
             total_time: clock.elapsed(),
         };
-        Snapshot::of(self.kept.frames.publish(frame).clone())
+        Snapshot::of(self.kept.frames.publish(frame))
     }
 
     fn commit_meshes(&mut self) -> Vec<MeshReport> {
@@ -88,11 +88,13 @@ impl Scene {
         frame.world.numbers.clear();
         let hierarchy = self.kept.hierarchy.updated(&self.nodes, &self.instances);
         frame.world.hierarchy = hierarchy.clone();
-        frame.world.meshes.clear();
+        frame.release_meshes(&mut self.meshes);
         frame.world.meshes.resize(self.meshes.end(), self.kept.nothing.clone());
+        frame.owners.resize(self.meshes.end(), None);
         for (slot, mesh) in self.meshes.iter() {
             if let Some(posed) = mesh.current() {
                 frame.world.meshes[slot as usize] = posed.clone();
+                frame.owners[slot as usize] = Some(self.meshes.handle_of(slot).into());
             }
         }
         let (mut left_out, mut skewed) = (Vec::new(), Vec::new());

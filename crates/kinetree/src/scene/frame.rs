@@ -1,6 +1,9 @@
 //! Everything that belongs to one frame.
 
+use super::living_mesh::LivingMesh;
+use super::published::Published;
 use super::report::FrameReport;
+use super::slots::Slots;
 use crate::geometry::{Aabb, Affine};
 use crate::handle::{InstanceId, MeshId};
 use crate::traverse::TwoLevel;
@@ -15,6 +18,11 @@ pub(crate) struct Frame {
     /// World boxes, one per instance record.
     pub(crate) boxes: Vec<Aabb>,
     pub(crate) report: FrameReport,
+    /// Whose buffers `world.meshes` holds, if anybody's.
+    pub(crate) owners: Vec<Option<MeshId>>,
+    /// Of a copy: the frame whose buffers it shares, which has to be held as long. Dropped last.
+    #[expect(dead_code, reason = "it is held, not read")]
+    pub(crate) original: Option<Published<Self>>,
 }
 
 /// What tracing does not need to know about an instance.
@@ -27,8 +35,12 @@ pub(crate) struct PlacedInstance {
 }
 
 impl Frame {
-    /// Lets go of meshes that only this frame still holds on to.
-    pub(crate) fn release_meshes(&mut self) {
-        self.world.meshes.clear();
+    /// Gives the buffers of meshes back to the rings that they are from.
+    pub(crate) fn release_meshes(&mut self, meshes: &mut Slots<LivingMesh>) {
+        for (owner, posed) in self.owners.drain(..).zip(self.world.meshes.drain(..)) {
+            if let Some(Ok(mesh)) = owner.map(|id| meshes.get_mut(id.0)) {
+                mesh.release(posed);
+            }
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::input::{Positions, all_finite};
 use super::mesh::MeshData;
 use super::pose::KeptPose;
 use super::report::MeshReport;
-use super::ring::Ring;
+use super::ring::{Buffer, Ring};
 use crate::build::{self, BuildOptions, Quality};
 use crate::clock::Clock;
 use crate::geometry::Triangles;
@@ -123,13 +123,15 @@ impl LivingMesh {
         self.ring.current()
     }
 
+    /// Takes back a buffer that a frame held.
+    pub(crate) fn release(&mut self, posed: Arc<Posed>) {
+        self.ring.release(posed);
+    }
+
     /// Bytes held, those of buffers that wait for their snapshots included.
     pub(crate) fn memory(&self) -> usize {
-        let of = |posed: &Posed| {
-            posed.bvh.memory() + posed.triangles.memory() + posed.normals.capacity() * size_of::<[f32; 3]>()
-        };
         let shared = self.current().map_or(0, |current| current.bvh.refit_memory());
-        self.ring.buffers().map(of).sum::<usize>() + shared + self.room.capacity() * size_of::<[f32; 3]>()
+        self.ring.memory() + shared + self.room.capacity() * size_of::<[f32; 3]>()
     }
 
     /// Clones of a mesh that bend share the tree of the rest pose; it is built here, before they are brought up to date side by side.
@@ -303,6 +305,12 @@ impl LivingMesh {
             spare.normals = normals;
         }
         finite
+    }
+}
+
+impl Buffer for Posed {
+    fn memory(&self) -> usize {
+        self.bvh.memory() + self.triangles.memory() + self.normals.capacity() * size_of::<[f32; 3]>()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Meshes, poses, nodes, instances, frames and snapshots: what a game edits, and what its rays ask.
 //!
 //! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `living_mesh` for one mesh and
-//! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`ring`).
+//! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`published`, and `ring` for the buffers of one mesh).
 
 mod below;
 mod commit;
@@ -15,6 +15,7 @@ mod members;
 mod mesh;
 mod offset;
 mod pose;
+mod published;
 mod report;
 mod ring;
 mod slots;

@@ -1,26 +1,33 @@
-//! Buffers that take turns: one is current, others may be held by snapshots, the rest is free for the next commit.
+//! Buffers of a mesh that take turns: one is current, others belong to frames that are held, a few are free for the next commit.
 //!
-//! A commit writes only into a buffer that nobody else holds. Buffers stay in the ring until a commit frees them, so no thread that traces
-//! ever frees memory while the scene lives.
+//! A commit writes only into a buffer that nobody else holds. What a frame held comes back when a commit lets go of that frame, so no buffer is searched for, and no
+//! thread that traces ever frees one while the scene lives.
 
 use std::sync::Arc;
 
-/// How many free buffers are kept for later; more were only needed while somebody held many snapshots.
+/// How many free buffers are kept for later; more were only needed while many snapshots were held.
 const SPARES: usize = 2;
+
+/// What can take turns.
+pub(crate) trait Buffer: Default {
+    /// Bytes held. The same while it is published.
+    fn memory(&self) -> usize;
+}
 
 #[derive(Debug)]
 pub(crate) struct Ring<T> {
     current: Option<Arc<T>>,
-    others: Vec<Arc<T>>,
+    free: Vec<T>,
+    memory: usize,
 }
 
 impl<T> Default for Ring<T> {
     fn default() -> Self {
-        Self { current: None, others: Vec::new() }
+        Self { current: None, free: Vec::new(), memory: 0 }
     }
 }
 
-impl<T: Default> Ring<T> {
+impl<T: Buffer> Ring<T> {
     /// What was published last.
     pub(crate) fn current(&self) -> Option<&Arc<T>> {
         self.current.as_ref()
@@ -28,37 +35,37 @@ impl<T: Default> Ring<T> {
 
     /// A buffer that nobody else holds, with whatever it held; a new one if all are held, and then `true`.
     pub(crate) fn claim(&mut self) -> (T, bool) {
-        for i in 0..self.others.len() {
-            if Arc::get_mut(&mut self.others[i]).is_some() {
-                let buffer = self.others.swap_remove(i);
-                if let Some(buffer) = Arc::into_inner(buffer) {
-                    return (buffer, false);
-                }
+        match self.free.pop() {
+            Some(buffer) => {
+                self.memory -= buffer.memory();
+                (buffer, false)
             }
+            None => (T::default(), true),
         }
-        (T::default(), true)
     }
 
-    /// Makes a buffer current. The one before joins those that wait for their snapshots to be dropped.
+    /// Makes a buffer current.
     pub(crate) fn publish(&mut self, buffer: T) -> &Arc<T> {
-        self.others.extend(self.current.take());
-        let mut spares = 0;
-        self.others.retain_mut(|other| {
-            let free = Arc::get_mut(other).is_some();
-            spares += usize::from(free);
-            !free || spares <= SPARES
-        });
+        self.memory += buffer.memory();
+        if let Some(last) = self.current.take() {
+            self.release(last);
+        }
         self.current.insert(Arc::new(buffer))
     }
 
-    /// Visits the buffers that nobody else holds.
-    pub(crate) fn for_each_free(&mut self, visit: impl FnMut(&mut T)) {
-        self.others.iter_mut().filter_map(Arc::get_mut).for_each(visit);
+    /// Takes back a hold on a buffer of this ring. With the last one, the buffer is free.
+    pub(crate) fn release(&mut self, buffer: Arc<T>) {
+        let Some(buffer) = Arc::into_inner(buffer) else { return };
+        if self.free.len() < SPARES {
+            self.free.push(buffer);
+        } else {
+            self.memory -= buffer.memory();
+        }
     }
 
-    /// All buffers of the ring, the current one too.
-    pub(crate) fn buffers(&self) -> impl Iterator<Item = &T> {
-        self.others.iter().chain(&self.current).map(|buffer| &**buffer)
+    /// Bytes held by all buffers, those that wait for their snapshots included.
+    pub(crate) fn memory(&self) -> usize {
+        self.memory
     }
 }
 
@@ -66,29 +73,35 @@ impl<T: Default> Ring<T> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn what_somebody_holds_is_never_claimed() {
-        let mut ring = Ring::<Vec<u32>>::default();
-        let (mut buffer, new) = ring.claim();
-        assert!(new);
-        buffer.push(1);
-        let held = ring.publish(buffer).clone();
-        ring.publish(vec![2]);
-        let (_, new) = ring.claim();
-        assert!(new, "the only other buffer is held");
-        drop(held);
-        ring.publish(vec![3]);
-        let (buffer, new) = ring.claim();
-        assert!(!new && buffer != [3]);
+    impl Buffer for Vec<u32> {
+        fn memory(&self) -> usize {
+            self.capacity()
+        }
     }
 
     #[test]
-    fn a_ring_shrinks_when_snapshots_are_dropped() {
+    fn what_is_held_is_never_claimed() {
         let mut ring = Ring::<Vec<u32>>::default();
-        let held: Vec<_> = (0..20).map(|i| ring.publish(vec![i]).clone()).collect();
-        assert_eq!(ring.buffers().count(), 20);
-        drop(held);
-        ring.publish(vec![99]);
-        assert_eq!(ring.buffers().count(), SPARES + 1);
+        let held = ring.publish(vec![1]).clone();
+        let (of_one_frame, of_another) = (held.clone(), held);
+        ring.publish(vec![2]);
+        assert!(ring.claim().1, "the only other buffer is held");
+        ring.release(of_one_frame);
+        assert!(ring.claim().1, "another frame holds it still");
+        ring.release(of_another);
+        assert_eq!(ring.claim(), (vec![1], false));
+    }
+
+    #[test]
+    fn a_ring_shrinks_when_frames_are_let_go() {
+        let mut ring = Ring::<Vec<u32>>::default();
+        let held: Vec<_> = (0..20).map(|i| ring.publish(vec![i; 10]).clone()).collect();
+        assert_eq!(ring.memory(), 200);
+        for buffer in held {
+            ring.release(buffer);
+        }
+        assert_eq!(ring.memory(), 10 * (SPARES + 1));
+        ring.claim();
+        assert_eq!(ring.memory(), 10 * SPARES);
     }
 }

@@ -1,11 +1,11 @@
 //! A frame that stays what it is: what queries are asked of.
 
 use std::fmt;
-use std::sync::Arc;
 
 use super::error::ForeignHit;
 use super::frame::{Frame, PlacedInstance};
 use super::offset;
+use super::published::Published;
 use super::report::FrameReport;
 use crate::geometry::{Aabb, Affine, Ray};
 use crate::handle::{InstanceId, MeshId};
@@ -19,7 +19,7 @@ use crate::wide::{InstanceRecord, WideMesh, WideTop};
 ///
 /// Queries need no lock. Any thread may trace a snapshot while the next frame is edited and committed.
 #[derive(Clone)]
-pub struct Snapshot(Arc<Frame>);
+pub struct Snapshot(Published<Frame>);
 
 const _: () = {
     const fn travels<T: Clone + Send + Sync + 'static>() {}
@@ -27,7 +27,7 @@ const _: () = {
 };
 
 impl Snapshot {
-    pub(crate) fn of(frame: Arc<Frame>) -> Self {
+    pub(crate) fn of(frame: Published<Frame>) -> Self {
         Self(frame)
     }
 
@@ -70,7 +70,8 @@ impl Snapshot {
     pub fn at_level(&self, level: Level) -> Self {
         let world = TwoLevel { level, ..self.0.world.clone() };
         let (placed, boxes) = (self.0.placed.clone(), self.0.boxes.clone());
-        Self(Arc::new(Frame { world, placed, boxes, report: self.0.report.clone() }))
+        let (report, original) = (self.0.report.clone(), Some(self.0.clone()));
+        Self(Published::alone(Frame { world, placed, boxes, report, owners: Vec::new(), original }))
     }
 
     /// What the commit did that made this frame.
