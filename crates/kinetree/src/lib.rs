@@ -37,6 +37,8 @@
 //! The modules stand in the order of their layers; each uses what stands before it only.
 
 mod watch;
+#[cfg(feature = "parallel")]
+mod crew;
 pub mod threads;
 mod clock;
 mod arena;

@@ -1,14 +1,27 @@
 //! Sharing work between threads. No other file names a thread pool.
 //!
-//! Everything is expressed by joining two jobs, and splits at places that do not depend on the number of threads, so results do not either.
+//! Everything is expressed by joining two jobs, and splits at places that do not depend on the number of threads, so results do not either. The calling thread does the
+//! work and offers parts of it: it does not wait for threads that are busy with something else (`crew`).
 
 use std::sync::Arc;
 
+#[cfg(feature = "parallel")]
+use crate::crew::{Crew, Pool};
 use crate::watch::Watch;
 
 /// A pool of threads of the caller's own: a job system of a game engine, for instance.
+///
+/// A commit takes as long as its executor lets it. For one that finishes even while all other threads are busy, and that a long job of somebody else does not hold up, an
+/// executor
+///
+/// * runs `one` on the calling thread, and offers `other` to the others meanwhile;
+/// * takes `other` back when `one` is done and nobody has begun it, and runs it on the calling thread;
+/// * waits only for a thread that has begun `other`, and does nothing in the meantime that could take long, such as jobs of somebody else.
+///
+/// Running one after the other is right, too. Results do not depend on which thread does what.
 pub trait Executor: Send + Sync {
-    /// Runs both, at once if a thread is free, and returns when both are done. May be called from within a job.
+    /// Runs each of both exactly once, in any order or at once, and returns when both have returned. It is called from any thread, also from within a job, many levels deep.
+    /// A panic in a job has to go on in the caller, after the other job has ended.
     fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send));
 }
 
@@ -20,14 +33,37 @@ pub struct Threads {
     watch: Option<Watch>,
 }
 
-#[derive(Clone, Default)]
+#[derive(Clone)]
 enum Kind {
-    #[cfg_attr(not(feature = "parallel"), default)]
     One,
     #[cfg(feature = "parallel")]
-    #[default]
-    Shared,
+    Shared(Arc<Crew>),
     Own(Arc<dyn Executor>),
+}
+
+impl Default for Kind {
+    fn default() -> Self {
+        #[cfg(feature = "parallel")]
+        let kind = Self::Shared(Arc::default());
+        #[cfg(not(feature = "parallel"))]
+        let kind = Self::One;
+        kind
+    }
+}
+
+/// The pool of the process, or the one that the calling thread belongs to.
+#[cfg(feature = "parallel")]
+struct Current;
+
+#[cfg(feature = "parallel")]
+impl Pool for Current {
+    fn helpers(&self) -> usize {
+        rayon::current_num_threads() - 1
+    }
+
+    fn spawn(&self, help: impl FnOnce() + Send + 'static) {
+        rayon::spawn(help);
+    }
 }
 
 impl std::fmt::Debug for Threads {
@@ -35,7 +71,7 @@ impl std::fmt::Debug for Threads {
         f.write_str(match self.kind {
             Kind::One => "Threads::one",
             #[cfg(feature = "parallel")]
-            Kind::Shared => "Threads::shared",
+            Kind::Shared(_) => "Threads::shared",
             Kind::Own(_) => "Threads::of",
         })
     }
@@ -47,13 +83,14 @@ impl Threads {
         Self { kind: Kind::One, watch: None }
     }
 
-    /// The pool of the process (rayon's current one), which is also the default.
+    /// The calling thread, with help from the pool of the process (rayon's current one), which is also the default. What no thread of the pool has begun in time the
+    /// calling thread does itself, so it never waits for what else runs in the pool. No more threads are at work than the pool has.
     #[cfg(feature = "parallel")]
     pub fn shared() -> Self {
-        Self { kind: Kind::Shared, watch: None }
+        Self { kind: Kind::Shared(Arc::default()), watch: None }
     }
 
-    /// The caller's own threads.
+    /// The caller's own threads. See [`Executor`] for what they have to do.
     pub fn of(executor: Arc<dyn Executor>) -> Self {
         Self { kind: Kind::Own(executor), watch: None }
     }
@@ -69,7 +106,7 @@ impl Threads {
             && match self.kind {
                 Kind::One => true,
                 #[cfg(feature = "parallel")]
-                Kind::Shared => rayon::current_num_threads() == 1,
+                Kind::Shared(_) => rayon::current_num_threads() == 1,
                 Kind::Own(_) => false,
             }
     }
@@ -104,7 +141,9 @@ impl Threads {
         match &self.kind {
             Kind::One => (one(), other()),
             #[cfg(feature = "parallel")]
-            Kind::Shared => rayon::join(one, other),
+            Kind::Shared(_) if rayon::current_num_threads() == 1 => (one(), other()),
+            #[cfg(feature = "parallel")]
+            Kind::Shared(crew) => crew.join(&Current, one, other),
             Kind::Own(executor) => {
                 let (mut one, mut other) = (Some(one), Some(other));
                 let (mut a, mut b) = (None, None);

@@ -294,6 +294,11 @@ impl Scene {
         Ok(path.into_iter().rev().reduce(|outer, inner| outer * inner).unwrap_or_default())
     }
 
+    /// Another say in where commits run, from the next one on. The trees do not depend on it.
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.threads = threads;
+    }
+
     pub(crate) fn resolved(&self) -> Vec<Placement> {
         resolve(&self.nodes)
     }
