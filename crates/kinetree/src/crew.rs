@@ -1,11 +1,14 @@
 //! Sharing the work of a thread with helpers that may come or not.
 //!
-//! A thread that forks offers one half and does the other itself. Then it takes the first half back, unless a helper has begun it: so it never waits for a helper to
-//! come, only for one that is at work. While it waits, it does other parts of the same work, and none of anybody else's.
+//! A thread that forks offers one half and does the other itself. Then it takes the first half
+//! back, unless a helper has begun it: so it never waits for a helper to come, only for one that is
+//! at work. While it waits, it does other parts of the same work, and none of anybody else's.
 //!
-//! Helpers are invited from a pool of threads when something is offered. A helper that finds nothing to do leaves soon, since its thread may have other duties; one that
-//! comes too late finds an empty list. Blumofe and Leiserson 1999, "Scheduling Multithreaded Computations by Work Stealing", with one list under a lock instead of one for
-//! each thread: parts are so coarse that nobody waits at it.
+//! Helpers are invited from a pool of threads when something is offered. A helper that finds
+//! nothing to do leaves soon, since its thread may have other duties; one that comes too late finds
+//! an empty list. Blumofe and Leiserson 1999, "Scheduling Multithreaded Computations by Work
+//! Stealing", with one list under a lock instead of one for each thread: parts are so coarse that
+//! nobody waits at it.
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -13,7 +16,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// How often a helper without work looks for some before it leaves: about 20 microseconds, a few times what it takes to invite one.
+/// How often a helper without work looks for some before it leaves: about 20 microseconds, a few
+/// times what it takes to invite one.
 const LOOKS: u32 = 2000;
 
 /// A pool of threads that helpers come from.
@@ -76,7 +80,8 @@ fn open<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Crew {
-    /// Both results. The second job is done by a helper if one comes in time. A panic in either goes on here, when both have ended.
+    /// Both results. The second job is done by a helper if one comes in time. A panic in either
+    /// goes on here, when both have ended.
     pub(crate) fn join<A: Send, B: Send>(
         self: &Arc<Self>,
         pool: &impl Pool,
@@ -86,11 +91,19 @@ impl Crew {
         let job = Job { work: Mutex::new(Some(other)), result: Mutex::new(None) };
         let done = Arc::new(AtomicBool::new(false));
         let work: &dyn Work = &job;
-        // SAFETY: this stretches the lifetime of a borrow of `job`. It ends in time: from here on nothing unwinds until the offer has been taken back, and then only the copy
-        // in this frame is left, or until `done` is set, which whoever took the offer does after the last use of the borrow. `job` lives until this function returns.
+        // SAFETY: this stretches the lifetime of a borrow of `job`. It ends in time: from here on
+        // nothing unwinds until the offer has been taken back, and then only the copy in this frame
+        // is left, or until `done` is set, which whoever took the offer does after the last use of
+        // the borrow. `job` lives until this function returns.
         let work = unsafe { std::mem::transmute::<&dyn Work, &'static dyn Work>(work) };
-        self.offer(pool, Offer { work, done: done.clone() });
-        let a = catch_unwind(AssertUnwindSafe(one));
+        let invites = self.offer(pool.helpers(), Offer { work, done: done.clone() });
+        let a = catch_unwind(AssertUnwindSafe(|| {
+            if invites {
+                let crew = self.clone();
+                pool.spawn(move || crew.help());
+            }
+            one()
+        }));
         if !self.take_back(&done) {
             self.help_until(&done);
         } else if a.is_ok() {
@@ -104,8 +117,8 @@ impl Crew {
         }
     }
 
-    fn offer(self: &Arc<Self>, pool: &impl Pool, offer: Offer) {
-        let helpers = pool.helpers();
+    /// Whether one more helper is to be invited.
+    fn offer(&self, helpers: usize, offer: Offer) -> bool {
         let mut state = open(&self.state);
         state.offers.push_back(offer);
         self.offered.store(state.offers.len(), Ordering::Relaxed);
@@ -114,11 +127,7 @@ impl Crew {
         if state.waiting > 0 {
             self.changed.notify_one();
         }
-        drop(state);
-        if invites {
-            let crew = self.clone();
-            pool.spawn(move || crew.help());
-        }
+        invites
     }
 
     /// Whether nobody has begun the offer; then nobody will.

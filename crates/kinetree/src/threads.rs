@@ -1,7 +1,8 @@
 //! Sharing work between threads. No other file names a thread pool.
 //!
-//! Everything is expressed by joining two jobs, and splits at places that do not depend on the number of threads, so results do not either. The calling thread does the
-//! work and offers parts of it: it does not wait for threads that are busy with something else (`crew`).
+//! Everything is expressed by joining two jobs, and splits at places that do not depend on the
+//! number of threads, so results do not either. The calling thread does the work and offers parts
+//! of it: it does not wait for threads that are busy with something else (`crew`).
 
 use std::sync::Arc;
 
@@ -11,17 +12,20 @@ use crate::watch::Watch;
 
 /// A pool of threads of the caller's own: a job system of a game engine, for instance.
 ///
-/// A commit takes as long as its executor lets it. For one that finishes even while all other threads are busy, and that a long job of somebody else does not hold up, an
-/// executor
+/// A commit takes as long as its executor lets it. For one that finishes even while all other
+/// threads are busy, and that a long job of somebody else does not hold up, an executor
 ///
 /// * runs `one` on the calling thread, and offers `other` to the others meanwhile;
-/// * takes `other` back when `one` is done and nobody has begun it, and runs it on the calling thread;
-/// * waits only for a thread that has begun `other`, and does nothing in the meantime that could take long, such as jobs of somebody else.
+/// * takes `other` back when `one` is done and nobody has begun it, and runs it on the calling
+///   thread;
+/// * waits only for a thread that has begun `other`, and does nothing in the meantime that could
+///   take long, such as jobs of somebody else.
 ///
 /// Running one after the other is right, too. Results do not depend on which thread does what.
 pub trait Executor: Send + Sync {
-    /// Runs each of both exactly once, in any order or at once, and returns when both have returned. It is called from any thread, also from within a job, many levels deep.
-    /// A panic in a job has to go on in the caller, after the other job has ended.
+    /// Runs each of both exactly once, in any order or at once, and returns when both have
+    /// returned. It is called from any thread, also from within a job, many levels deep. A panic in
+    /// a job has to go on in the caller, after the other job has ended.
     fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send));
 }
 
@@ -83,8 +87,10 @@ impl Threads {
         Self { kind: Kind::One, watch: None }
     }
 
-    /// The calling thread, with help from the pool of the process (rayon's current one), which is also the default. What no thread of the pool has begun in time the
-    /// calling thread does itself, so it never waits for what else runs in the pool. No more threads are at work than the pool has.
+    /// The calling thread, with help from the pool of the process (rayon's current one), which is
+    /// also the default. What no thread of the pool has begun in time the calling thread does
+    /// itself, so it never waits for what else runs in the pool. No more threads are at work than
+    /// the pool has.
     #[cfg(feature = "parallel")]
     pub fn shared() -> Self {
         Self { kind: Kind::Shared(Arc::default()), watch: None }
@@ -100,7 +106,8 @@ impl Threads {
         Self { watch: Some(watch.clone()), ..self.clone() }
     }
 
-    /// Whether nothing is ever done at once and nobody looks on, so that cutting work into pieces would only cost time.
+    /// Whether nothing is ever done at once and nobody looks on, so that cutting work into pieces
+    /// would only cost time.
     pub(crate) fn is_alone(&self) -> bool {
         self.watch.is_none()
             && match self.kind {
@@ -111,20 +118,23 @@ impl Threads {
             }
     }
 
-    /// See [`Watch`]. A builder that finds itself cancelled ends as soon as it can, with any tree at all: nobody will see it.
+    /// See [`Watch`]. A builder that finds itself cancelled ends as soon as it can, with any tree
+    /// at all: nobody will see it.
     #[inline]
     pub(crate) fn is_cancelled(&self) -> bool {
         self.watch.as_ref().is_some_and(Watch::is_cancelled)
     }
 
-    /// Another stage of a build begins, of so many units, and is taken to need `share` of what is left.
+    /// Another stage of a build begins, of so many units, and is taken to need `share` of what is
+    /// left.
     pub(crate) fn stage(&self, share: f32, units: usize) {
         if let Some(watch) = &self.watch {
             watch.stage(share, units);
         }
     }
 
-    /// So many more units of the stage are done. Not for every single one: threads wait for each other here.
+    /// So many more units of the stage are done. Not for every single one: threads wait for each
+    /// other here.
     #[inline]
     pub(crate) fn tick(&self, units: usize) {
         if let Some(watch) = &self.watch {

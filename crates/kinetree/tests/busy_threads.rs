@@ -1,6 +1,7 @@
 //! A commit does not wait for threads that are busy with something else.
 //!
-//! No clock: busy threads are let go only when the commit has returned. If it waited for one of them, this would never end.
+//! No clock: busy threads are let go only when the commit has returned. If it waited for one of
+//! them, this would never end.
 
 #![cfg(feature = "parallel")]
 

@@ -1,6 +1,8 @@
-//! Awkward placements: thin, skewed, seen from far, and flat. The judge is double precision that shares no code with the library.
+//! Awkward placements: thin, skewed, seen from far, and flat. The judge is double precision that
+//! shares no code with the library.
 //!
-//! The environment variable `KINETREE_RAYS` sets how many far rays are traced; a hundred million were, by hand.
+//! The environment variable `KINETREE_RAYS` sets how many far rays are traced; a hundred million
+//! were, by hand.
 
 mod common;
 
@@ -144,7 +146,8 @@ fn skewed(seed: u64, least: f64, most: f64) -> Snapshot {
     scene.commit()
 }
 
-/// A ray from up to ten thousand times as far as the scene is large, through a vertex, an edge or the inside of a triangle.
+/// A ray from up to ten thousand times as far as the scene is large, through a vertex, an edge or
+/// the inside of a triangle.
 fn far_ray(random: &mut Random, corners: [V; 3]) -> Ray {
     let distance = 10.0_f32.powf(random.within(0.5, 5.0));
     let origin = random.direction().map(|x| x * distance);
@@ -289,9 +292,9 @@ fn flat_placements_are_shown_from_both_sides() {
                 assert!(view.occluded(&ray.with_range(found.t, found.t)), "{said}");
                 // The side that is seen, the normal and the place.
                 if found.is_back_face() {
-                    backs += 1
+                    backs += 1;
                 } else {
-                    fronts += 1
+                    fronts += 1;
                 }
                 let (normal, place) = (wide(view.normal(found)), wide(view.position(found)));
                 assert!((length(normal) - 1.0).abs() < 1e-5, "{said}");
@@ -328,7 +331,8 @@ fn nothing_slips_through_a_flat_sphere() {
         let view_of = view.instances().next().unwrap();
         let mut random = Random::new(40 + number as u64);
         for ray_number in 0..4000 {
-            // Points well inside of the sphere, and vertices and edges that are not at its outline, lie within the flat image.
+            // Points well inside of the sphere, and vertices and edges that are not at its outline,
+            // lie within the flat image.
             let point = match ray_number % 3 {
                 0 => random.point(0.5),
                 _ => {

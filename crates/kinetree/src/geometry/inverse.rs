@@ -1,24 +1,32 @@
-//! How rays enter an instance: by the inverse of its placement in single precision where that is exact enough, in double precision where it is not.
+//! How rays enter an instance: by the inverse of its placement in single precision where that is
+//! exact enough, in double precision where it is not.
 //!
-//! Let M be the linear part of a placement, N its rounded inverse, o and d a ray, and x = o + t d a point of it. Computing N o + s and N d in single precision errs by at
-//! most `g (|N||o| + |s|)` and `g |N||d|`, g being a few roundings; seen from the world, by `g (|M||N|) (|o| + t |d|)` and `g |M||s|`. The matrix `|M||N|` of absolute
-//! values says which placements are harmless: its rows sum to at most 3 for a rotation after a scale, whatever the scale, since stretching an axis of the object cancels in
-//! it. Only skew makes it larger. (Higham 2002, "Accuracy and Stability of Numerical Algorithms", section 7.2, calls it the condition number of Bauer and Skeel.)
+//! Let M be the linear part of a placement, N its rounded inverse, o and d a ray, and x = o + t d a
+//! point of it. Computing N o + s and N d in single precision errs by at most `g (|N||o| + |s|)`
+//! and `g |N||d|`, g being a few roundings; seen from the world, by `g (|M||N|) (|o| + t |d|)` and
+//! `g |M||s|`. The matrix `|M||N|` of absolute values says which placements are harmless: its rows
+//! sum to at most 3 for a rotation after a scale, whatever the scale, since stretching an axis of
+//! the object cancels in it. Only skew makes it larger. (Higham 2002, "Accuracy and Stability of
+//! Numerical Algorithms", section 7.2, calls it the condition number of Bauer and Skeel.)
 //!
-//! * Up to [`PAID_BY_RAYS`], box tests of the top level leave enough room ([`Lean::INSTANCES`](super::slab::Lean::INSTANCES)).
+//! * Up to [`PAID_BY_RAYS`], box tests of the top level leave enough room
+//!   ([`Lean::INSTANCES`](super::slab::Lean::INSTANCES)).
 //! * Up to [`MOST_SKEWED`], boxes and far rays are given more (`scene/top_level.rs`).
-//! * Beyond, and for flat placements, the ray is taken to the object in double precision, moved to where it enters the bounds of the mesh, and rounded only there: what is
-//!   lost are roundings of the mesh's own coordinates ([`DoubleInverse`]).
+//! * Beyond, and for flat placements, the ray is taken to the object in double precision, moved to
+//!   where it enters the bounds of the mesh, and rounded only there: what is lost are roundings of
+//!   the mesh's own coordinates ([`DoubleInverse`]).
 
 use glam::DVec3;
 
 use super::affine::wide;
 use super::{Aabb, Affine, Ray, UNIT_ROUNDOFF};
 
-/// What rows of `|M||N|` may sum to without any need for more than what box tests give every ray: 3 and a little, for placements that are not quite what they should be.
+/// What rows of `|M||N|` may sum to without any need for more than what box tests give every ray: 3
+/// and a little, for placements that are not quite what they should be.
 pub(crate) const PAID_BY_RAYS: f32 = 3.2;
 
-/// Rows of `|M||N|` that sum to more go through double precision: the errors of single precision would begin to show, and boxes would become large.
+/// Rows of `|M||N|` that sum to more go through double precision: the errors of single precision
+/// would begin to show, and boxes would become large.
 const MOST_SKEWED: f32 = 16.0;
 
 /// Columns shorter than this count as zero where the inverse overflows, metres.
@@ -43,7 +51,8 @@ pub(crate) struct DoubleInverse {
     rows: [DVec3; 3],
     /// The image of the object's origin, metres, world space.
     center: DVec3,
-    /// The map that is inverted: the placement, or what it is after its image was flattened for good.
+    /// The map that is inverted: the placement, or what it is after its image was flattened for
+    /// good.
     pub(crate) world_from_object: Affine,
     flat: Option<Flat>,
 }
@@ -53,7 +62,8 @@ pub(crate) struct DoubleInverse {
 struct Flat {
     /// Unit normal of the plane, world space.
     normal: DVec3,
-    /// Unit vector that the placement takes to zero, object space; towards the side of the object that is seen from the side that the normal points to.
+    /// Unit vector that the placement takes to zero, object space; towards the side of the object
+    /// that is seen from the side that the normal points to.
     along: DVec3,
 }
 
@@ -92,7 +102,8 @@ impl Inverse {
         }
     }
 
-    /// By how much rays err in the world near an instance at least, whatever their origin, metres along each axis. `bounds` are those of the mesh.
+    /// By how much rays err in the world near an instance at least, whatever their origin, metres
+    /// along each axis. `bounds` are those of the mesh.
     pub(crate) fn error(&self, world_from_object: &Affine, bounds: &Aabb) -> [f32; 3] {
         let columns = world_from_object.columns();
         let local = match self {
@@ -113,14 +124,16 @@ fn row_sums(columns: &[DVec3; 3], rows: &[DVec3; 3]) -> [f32; 3] {
 }
 
 impl DoubleInverse {
-    /// Of a placement that is flat along one axis. Its image is moved into the plane that it hardly leaves; what the way back takes to zero there becomes the
-    /// direction in which rays go through the object.
+    /// Of a placement that is flat along one axis. Its image is moved into the plane that it hardly
+    /// leaves; what the way back takes to zero there becomes the direction in which rays go through
+    /// the object.
     fn flattened(world_from_object: &Affine) -> Option<Self> {
         let columns = world_from_object.columns();
         let may_vanish = world_from_object.inverse_rows().is_some();
         let columns =
             columns.map(|column| if may_vanish && column.length() < VANISHING { DVec3::ZERO } else { column });
-        // The plane of the two columns that are the farthest from parallel, each taken at length one, so that thin is not mistaken for flat.
+        // The plane of the two columns that are the farthest from parallel, each taken at length
+        // one, so that thin is not mistaken for flat.
         let units = columns.map(DVec3::normalize_or_zero);
         let pairs = [(1, 2), (2, 0), (0, 1)].map(|(a, b)| units[a].cross(units[b]));
         let normal = pairs.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
@@ -151,7 +164,8 @@ impl DoubleInverse {
         })
     }
 
-    /// In roundings, metres along each axis, object space. The ray is rounded within the bounds, and errs as the triangle test does along what it crosses of them.
+    /// In roundings, metres along each axis, object space. The ray is rounded within the bounds,
+    /// and errs as the triangle test does along what it crosses of them.
     fn local_error(&self, bounds: &Aabb) -> DVec3 {
         let crossed = match &self.flat {
             Some(flat) => flat.along.abs() * (2.0 * depth(bounds, flat.along)),
@@ -160,7 +174,8 @@ impl DoubleInverse {
         (farthest(bounds) + crossed * 2.0) * 16.0
     }
 
-    /// The ray in the space of the object, starting where it comes to the bounds of the mesh. `None` when it does not, within its own bounds.
+    /// The ray in the space of the object, starting where it comes to the bounds of the mesh.
+    /// `None` when it does not, within its own bounds.
     pub(crate) fn enter(&self, ray: &Ray, bounds: &Aabb) -> Option<LocalRay> {
         if bounds.is_empty() {
             return None;
@@ -176,7 +191,8 @@ impl DoubleInverse {
         DVec3::from_array(self.rows.map(|row| row.dot(v)))
     }
 
-    /// All of a flat object is met at once, where the ray meets the plane; what lies there is found by looking through the object along what was flattened.
+    /// All of a flat object is met at once, where the ray meets the plane; what lies there is found
+    /// by looking through the object along what was flattened.
     fn cross(&self, flat: &Flat, ray: &Ray, origin: DVec3, direction: DVec3, bounds: &Aabb) -> Option<LocalRay> {
         let step = flat.normal.dot(direction);
         let t = -flat.normal.dot(origin) / step;
@@ -241,7 +257,8 @@ impl LocalRay {
         if self.rate == 0.0 {
             return f32::INFINITY;
         }
-        // The distance in the world rounds to nearest; the share is that of more than one rounding of it.
+        // The distance in the world rounds to nearest; the share is that of more than one rounding
+        // of it.
         let t = f64::from(t_max) * (1.0 + 2.0 * f64::from(f32::EPSILON)) - self.start;
         (t.max(0.0) * (1.0 + f64::from(f32::EPSILON))) as f32
     }

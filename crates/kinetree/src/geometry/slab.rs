@@ -47,9 +47,11 @@ impl Lean {
     /// Over boxes of triangles, by the roundings of the box test alone.
     pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0, far: FarRays::NONE };
 
-    /// Over world boxes of instances. Taking a ray to an instance mixes its coordinates, so that roundings of the largest one count on every axis: five of the origin,
-    /// and twelve of `t` directions, those of the triangle test included, for each unit that a row of `|M||N|` sums to (see [`inverse`](super::inverse)). This is
-    /// enough for [`PAID_BY_RAYS`](super::inverse::PAID_BY_RAYS) of them.
+    /// Over world boxes of instances. Taking a ray to an instance mixes its coordinates, so that
+    /// roundings of the largest one count on every axis: five of the origin, and twelve of `t`
+    /// directions, those of the triangle test included, for each unit that a row of `|M||N|` sums
+    /// to (see [`inverse`](super::inverse)). This is enough for
+    /// [`PAID_BY_RAYS`](super::inverse::PAID_BY_RAYS) of them.
     pub(crate) const INSTANCES: Self = Self { slack: 64.0, stray: 16.0 * UNIT_ROUNDOFF, far: FarRays::NONE };
 
     /// Over world boxes of instances, some of which are skewed.

@@ -1,6 +1,8 @@
-//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that single precision does no justice.
+//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that single
+//! precision does no justice.
 //!
-//! See [`inverse`](crate::geometry::inverse) for how rays enter those. They are rare, so one way serves every question, at the scalar level.
+//! See [`inverse`](crate::geometry::inverse) for how rays enter those. They are rare, so one way
+//! serves every question, at the scalar level.
 
 use std::ops::ControlFlow;
 

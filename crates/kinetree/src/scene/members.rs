@@ -1,4 +1,5 @@
-//! What hangs on a node. Every member knows its place in the list, so that any of them is taken out in one step.
+//! What hangs on a node. Every member knows its place in the list, so that any of them is taken out
+//! in one step.
 
 /// Slots of nodes or instances, in no particular order.
 #[derive(Debug, Default)]
@@ -17,7 +18,8 @@ impl Members {
         self.slots.len() as u32 - 1
     }
 
-    /// Takes out the member of a place. The last one moves there: it is returned, and has to remember its new place.
+    /// Takes out the member of a place. The last one moves there: it is returned, and has to
+    /// remember its new place.
     pub(crate) fn remove(&mut self, place: u32) -> Option<u32> {
         self.count_step();
         self.slots.swap_remove(place as usize);

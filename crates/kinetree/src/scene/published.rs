@@ -1,9 +1,13 @@
-//! Frames that were published: each is held by snapshots, on any thread, and comes back to its scene when the last of them is dropped.
+//! Frames that were published: each is held by snapshots, on any thread, and comes back to its
+//! scene when the last of them is dropped.
 //!
-//! The scene keeps every frame until a commit has seen it come back, so a thread that drops a snapshot frees no memory while the scene lives. Nor does a commit search
-//! for frames that have come back: the last holder puts the frame's number into a list that the next commit takes as a whole. The list is linked through the frames
-//! themselves, so that dropping a snapshot allocates nothing and never waits (Treiber 1986, "Systems Programming: Coping with Parallelism"); since it is only ever taken
-//! as a whole, a number cannot be taken out and put back behind the back of another thread.
+//! The scene keeps every frame until a commit has seen it come back, so a thread that drops a
+//! snapshot frees no memory while the scene lives. Nor does a commit search for frames that have
+//! come back: the last holder puts the frame's number into a list that the next commit takes as a
+//! whole. The list is linked through the frames themselves, so that dropping a snapshot allocates
+//! nothing and never waits (Treiber 1986, "Systems Programming: Coping with Parallelism"); since it
+//! is only ever taken as a whole, a number cannot be taken out and put back behind the back of
+//! another thread.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -28,7 +32,8 @@ struct Slot<T> {
     returned: Arc<AtomicU32>,
 }
 
-/// Holds on to a published value. When the last clone is dropped, the value goes back to its publisher.
+/// Holds on to a published value. When the last clone is dropped, the value goes back to its
+/// publisher.
 #[derive(Debug)]
 pub(crate) struct Published<T>(Arc<Slot<T>>);
 
@@ -85,7 +90,8 @@ pub(crate) struct Publisher<T> {
     unused_numbers: Vec<u32>,
     current: Option<u32>,
     returned: Arc<AtomicU32>,
-    /// Taken from the list, but still current, or dropped so recently that the holder's reference is still there.
+    /// Taken from the list, but still current, or dropped so recently that the holder's reference
+    /// is still there.
     returning: Vec<u32>,
     free: Vec<T>,
     /// How many slots were looked at, for tests.
@@ -144,7 +150,8 @@ impl<T: Default> Publisher<T> {
         }
     }
 
-    /// Something that nobody else holds, with whatever it held; a new one if all are held, and then `true`.
+    /// Something that nobody else holds, with whatever it held; a new one if all are held, and then
+    /// `true`.
     pub(crate) fn claim(&mut self) -> (T, bool) {
         self.free.pop().map_or_else(|| (T::default(), true), |value| (value, false))
     }

@@ -1,7 +1,9 @@
-//! Buffers of a mesh that take turns: one is current, others belong to frames that are held, a few are free for the next commit.
+//! Buffers of a mesh that take turns: one is current, others belong to frames that are held, a few
+//! are free for the next commit.
 //!
-//! A commit writes only into a buffer that nobody else holds. What a frame held comes back when a commit lets go of that frame, so no buffer is searched for, and no
-//! thread that traces ever frees one while the scene lives.
+//! A commit writes only into a buffer that nobody else holds. What a frame held comes back when a
+//! commit lets go of that frame, so no buffer is searched for, and no thread that traces ever frees
+//! one while the scene lives.
 
 use std::sync::Arc;
 
@@ -33,7 +35,8 @@ impl<T: Buffer> Ring<T> {
         self.current.as_ref()
     }
 
-    /// A buffer that nobody else holds, with whatever it held; a new one if all are held, and then `true`.
+    /// A buffer that nobody else holds, with whatever it held; a new one if all are held, and then
+    /// `true`.
     pub(crate) fn claim(&mut self) -> (T, bool) {
         match self.free.pop() {
             Some(buffer) => {

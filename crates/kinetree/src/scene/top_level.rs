@@ -8,10 +8,12 @@ use crate::geometry::{Aabb, Affine, UNIT_ROUNDOFF};
 use crate::threads::Threads;
 use crate::wide::{WideMesh, WideTop};
 
-/// Up to this many instances are clustered exactly, which takes well below a millisecond; beyond, its time grows faster than that of binning.
+/// Up to this many instances are clustered exactly, which takes well below a millisecond; beyond,
+/// its time grows faster than that of binning.
 const CLUSTERED_UP_TO: usize = 512;
 
-/// A tree over the boxes that are not empty; its primitives are places in `boxes`. `far` is how rays from far away stray.
+/// A tree over the boxes that are not empty; its primitives are places in `boxes`. `far` is how
+/// rays from far away stray.
 pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (WideTop, TopLevelMethod) {
     let (numbers, solid): (Vec<u32>, Vec<Aabb>) =
         (0..).zip(boxes.iter().copied()).filter(|(_, bounds)| !bounds.is_empty()).unzip();
@@ -23,9 +25,11 @@ pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (WideTop
     (WideTop::new(&tree.renumbered(&numbers), far), TopLevelMethod::Binned)
 }
 
-/// A world box around a mesh where an instance stands: around the images of the boxes in its root node, which is tighter than the image of its root.
+/// A world box around a mesh where an instance stands: around the images of the boxes in its root
+/// node, which is tighter than the image of its root.
 ///
-/// Rays enter the mesh through the rounded inverse; the box leaves room for what they err by whatever their origin.
+/// Rays enter the mesh through the rounded inverse; the box leaves room for what they err by
+/// whatever their origin.
 pub(crate) fn world_box(mesh: &WideMesh, world_from_object: &Affine, inverse: &Inverse) -> Aabb {
     let Some(root) = mesh.tree().nodes().first() else { return Aabb::EMPTY };
     let world_from_object = match inverse {
@@ -47,14 +51,16 @@ fn padded(bounds: &Aabb, pad: [f32; 3]) -> Aabb {
     Aabb::new(axes.map(|axis| bounds.min[axis] - pad[axis]), axes.map(|axis| bounds.max[axis] + pad[axis]))
 }
 
-/// Roundings by which a ray may be off at a skewed instance for each unit that a row of `|M||N|` sums to, as a share of the coordinates of its origin and of the place
-/// where it is: five of the origin, and twelve of the way between both. So boxes are padded by 29 of the farther one, and by 17 of what the origin is farther away; a few
-/// more for what the error itself adds to the way.
+/// Roundings by which a ray may be off at a skewed instance for each unit that a row of `|M||N|`
+/// sums to, as a share of the coordinates of its origin and of the place where it is: five of the
+/// origin, and twelve of the way between both. So boxes are padded by 29 of the farther one, and by
+/// 17 of what the origin is farther away; a few more for what the error itself adds to the way.
 const SKEWED_BOX: f32 = 32.0 * UNIT_ROUNDOFF;
 const SKEWED_RAY: f32 = 18.0 * UNIT_ROUNDOFF;
 
-/// Pads the boxes of skewed instances, given by their place and the row sums of `|M||N|`, for rays whose origin is not farther out than any instance; says what is
-/// still to be added for others. So one skewed instance costs the others nothing, unless a ray comes from far away.
+/// Pads the boxes of skewed instances, given by their place and the row sums of `|M||N|`, for rays
+/// whose origin is not farther out than any instance; says what is still to be added for others. So
+/// one skewed instance costs the others nothing, unless a ray comes from far away.
 pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> FarRays {
     if skewed.is_empty() {
         return FarRays::NONE;
