@@ -31,7 +31,8 @@ handles! {
     InstanceId
 }
 
-/// What can be placed, masked, numbered and excluded: a node (in its parent) or an instance (in its node).
+/// What can be placed, masked, numbered and excluded: a node (in its parent) or an instance (in its
+/// node).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Placed {
     /// A node.

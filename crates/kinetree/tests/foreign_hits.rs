@@ -54,7 +54,8 @@ fn hits_are_resolved_by_their_frame_and_its_clones_and_refused_by_every_other_fr
     let (mut scene, [front, _]) = scene();
     let view = scene.commit();
     let hits = every_kind_of_hit(&view);
-    // What has the crate's number in later frames is the ball: without a stamp, the wrong instance is named.
+    // What has the crate's number in later frames is the ball: without a stamp, the wrong instance
+    // is named.
     scene.remove_instance(front).unwrap();
     let later = scene.commit();
     let elsewhere = self::scene().0.commit();

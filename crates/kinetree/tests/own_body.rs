@@ -1,4 +1,5 @@
-//! Queries leave out one's own body: an instance, or all that is below a node, whatever else they ask for.
+//! Queries leave out one's own body: an instance, or all that is below a node, whatever else they
+//! ask for.
 
 mod common;
 
@@ -86,7 +87,8 @@ fn asking(view: &Snapshot, cull: Cull, filtered: bool) -> Query<'_> {
     if filtered { query.filter(&holes) } else { query }
 }
 
-/// What rays meet while something is hidden by its mask: the judge, which knows nothing of exclusions. Instances keep their numbers.
+/// What rays meet while something is hidden by its mask: the judge, which knows nothing of
+/// exclusions. Instances keep their numbers.
 struct Hidden {
     view: Snapshot,
     what: Placed,

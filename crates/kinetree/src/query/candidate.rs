@@ -114,7 +114,8 @@ impl Filter for NoFilter {
 /// A filter as callers hand it over. It may be called on any thread that shares the query.
 pub(super) type DynFilter<'a> = dyn Fn(&Candidate<'_>) -> bool + Sync + 'a;
 
-/// The caller decides: which instances are seen at all, and, except about opaque ones, which hits count.
+/// The caller decides: which instances are seen at all and, except about opaque ones, which hits
+/// count.
 #[derive(Clone, Copy)]
 pub(crate) struct AskFilter<'a> {
     filter: Option<&'a DynFilter<'a>>,

@@ -1,4 +1,5 @@
-//! What is below which node, as frames hold it; made anew only when nodes or instances came or went.
+//! What is below which node, as frames hold it; made anew only when nodes or instances came or
+//! went.
 
 use std::sync::Arc;
 
@@ -28,7 +29,8 @@ impl KeptHierarchy {
     }
 }
 
-/// All nodes, each with the slot of its parent and right before what is below it. Without recursion: chains may be long.
+/// All nodes, each with the slot of its parent and right before what is below it. Without recursion:
+/// chains may be long.
 fn depth_first(nodes: &Slots<Node>) -> Vec<(Handle, Option<u32>)> {
     let mut order = Vec::new();
     let mut open: Vec<u32> = nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(slot, _)| slot).collect();

@@ -68,7 +68,8 @@ impl Hierarchy {
             all.instances[handle.slot as usize] = Entry { generation: handle.generation, interval };
             *number += 1;
         }
-        // What is below a node comes right after it, so intervals only grow. Children before parents.
+        // What is below a node comes right after it, so intervals only grow at their ends. Children
+        // come before parents.
         for &(handle, parent) in nodes.iter().rev() {
             let count = all.nodes[handle.slot as usize].interval.count;
             if let Some(parent) = parent {
@@ -83,7 +84,8 @@ impl Hierarchy {
         self.instances[slot as usize].interval.first
     }
 
-    /// The instance, or the instances below the node; none when the handle is stale or of another scene.
+    /// The instance, or the instances below the node; none when the handle is stale or of another
+    /// scene.
     #[inline]
     pub(crate) fn interval_of(&self, what: Placed) -> Interval {
         let (entries, handle) = match what {
