@@ -1,23 +1,44 @@
 //! Where points stand along a space-filling curve.
 //!
-//! A code interleaves the bits of the coordinates, so that neighbours along the curve are neighbours in space. The next bit always goes to the axis along which cells are
-//! longest by now: cells become cubes, and a flat or long scene spends no bits where it has no extent.
+//! A code interleaves the bits of the coordinates, so that neighbours along the curve are
+//! neighbours in space. The next bit always goes to the axis along which cells are longest by now:
+//! cells become cubes, and a flat or long scene spends no bits where it has no extent.
 //!
-//! Morton 1966, "A Computer Oriented Geodetic Data Base"; the choice of axes after Vinkler, Bittner and Havran 2017, "Extended Morton Codes for
-//! High Performance Bounding Volume Hierarchy Construction".
+//! Morton 1966, "A Computer Oriented Geodetic Data Base"; the choice of axes after Vinkler, Bittner
+//! and Havran 2017, "Extended Morton Codes for High Performance Bounding Volume Hierarchy
+//! Construction".
 
 use crate::geometry::Aabb;
 
 /// Coordinates beyond this are finer than those of a point are.
-const AXIS_BITS: u32 = 24;
+const AXIS_BITS: usize = 24;
 
 /// A curve through a box.
 pub(crate) struct Curve {
     start: [f32; 3],
     scale: [f32; 3],
-    last_cell: [u32; 3],
-    /// Which bits of the code each byte of a coordinate sets.
-    deposit: [[[u64; 256]; 3]; 3],
+    axes: [AxisBits; 3],
+}
+
+/// Which bits of a code the bits of a coordinate become.
+#[derive(Clone, Copy, Default)]
+struct AxisBits {
+    /// How many bits a coordinate has.
+    count: usize,
+    /// The bit of the code for each of them, that of the largest cells first.
+    places: [u8; AXIS_BITS],
+}
+
+impl AxisBits {
+    fn last_cell(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+
+    /// The bit of the code for a bit of the coordinate, counted from the lowest; nothing for those
+    /// that it does not have.
+    fn deposit(&self, bit: usize) -> u64 {
+        if bit < self.count { 1 << self.places[self.count - 1 - bit] } else { 0 }
+    }
 }
 
 impl Curve {
@@ -25,32 +46,71 @@ impl Curve {
     pub(crate) fn through(bounds: &Aabb, bits: u32) -> Self {
         let extent = bounds.extent();
         let mut cell = extent;
-        // Per axis the bits of the code, those of coarse cells first.
-        let mut given: [Vec<u32>; 3] = Default::default();
+        let mut axes = [AxisBits::default(); 3];
         for bit in (0..bits).rev() {
-            let wants = |axis: &usize| {
-                cell[*axis] > 0.0 && extent[*axis].is_finite() && given[*axis].len() < AXIS_BITS as usize
-            };
-            // Of equal axes, the first.
-            let Some(axis) = (0..3).rev().filter(wants).max_by(|&a, &b| cell[a].total_cmp(&cell[b])) else { break };
+            let mut longest = None;
+            for axis in 0..3 {
+                let may_have_more = cell[axis] > 0.0 && extent[axis].is_finite() && axes[axis].count < AXIS_BITS;
+                // Of equal axes, the first.
+                if may_have_more && longest.is_none_or(|longest: usize| cell[axis] > cell[longest]) {
+                    longest = Some(axis);
+                }
+            }
+            let Some(axis) = longest else { break };
             cell[axis] *= 0.5;
-            given[axis].push(bit);
+            let AxisBits { count, places } = &mut axes[axis];
+            places[*count] = bit as u8;
+            *count += 1;
         }
-        let cells = [0, 1, 2].map(|axis| 1_u32 << given[axis].len());
         let scale = [0, 1, 2].map(|axis| {
-            let scale = cells[axis] as f32 / extent[axis];
+            let scale = (1_u32 << axes[axis].count) as f32 / extent[axis];
             if scale.is_finite() { scale } else { 0.0 }
         });
-        let deposit = [0, 1, 2].map(|axis| [0, 1, 2].map(|byte| deposits(&given[axis], byte)));
-        Self { start: bounds.min, scale, last_cell: cells.map(|cells| cells - 1), deposit }
+        Self { start: bounds.min, scale, axes }
     }
 
-    /// The code of a point. Points outside, and what is no number, have the code of some cell.
+    /// The cell of a point along an axis. Points outside, and what is no number, are in some cell.
+    #[inline(always)]
+    fn cell(&self, point: [f32; 3], axis: usize) -> u32 {
+        (((point[axis] - self.start[axis]) * self.scale[axis]) as u32).min(self.axes[axis].last_cell())
+    }
+
+    /// The code of a point, bit by bit: for a few points.
+    pub(crate) fn code(&self, point: [f32; 3]) -> u64 {
+        let mut code = 0;
+        for axis in 0..3 {
+            let mut cell = self.cell(point, axis);
+            let AxisBits { count, places } = &self.axes[axis];
+            for place in places[..*count].iter().rev() {
+                code |= u64::from(cell & 1) << place;
+                cell >>= 1;
+            }
+        }
+        code
+    }
+
+    /// The same curve, for many points.
+    pub(crate) fn tabled(self) -> TabledCurve {
+        let deposit = [0, 1, 2].map(|axis| [0, 1, 2].map(|byte| deposits(&self.axes[axis], byte)));
+        TabledCurve { curve: self, deposit }
+    }
+}
+
+/// A curve that looks up its codes, a byte of a coordinate at a time. To fill the tables takes as
+/// long as the codes of some hundred points.
+pub(crate) struct TabledCurve {
+    curve: Curve,
+    /// Which bits of the code each byte of a coordinate sets.
+    deposit: [[[u64; 256]; 3]; 3],
+}
+
+impl TabledCurve {
+    /// As [`Curve::code`].
     #[inline]
     pub(crate) fn code(&self, point: [f32; 3]) -> u64 {
         let mut code = 0;
         for axis in 0..3 {
-            let cell = (((point[axis] - self.start[axis]) * self.scale[axis]) as u32).min(self.last_cell[axis]);
+            let cell = self.curve.cell(point, axis);
             for byte in 0..3 {
                 code |= self.deposit[axis][byte][(cell >> (8 * byte) & 255) as usize];
             }
@@ -60,13 +120,14 @@ impl Curve {
 }
 
 /// For each value of a byte of a coordinate, the bits of the code that it sets.
-fn deposits(given: &[u32], byte: usize) -> [u64; 256] {
-    std::array::from_fn(|value| {
-        (0..8)
-            .filter(|bit| value >> bit & 1 == 1)
-            .filter_map(|bit| given.iter().rev().nth(8 * byte + bit))
-            .fold(0, |code, &bit| code | 1 << bit)
-    })
+fn deposits(axis: &AxisBits, byte: usize) -> [u64; 256] {
+    let mut all = [0; 256];
+    for value in 1..256_usize {
+        // What the other bits set is known.
+        let lowest = value.trailing_zeros() as usize;
+        all[value] = all[value & (value - 1)] | axis.deposit(8 * byte + lowest);
+    }
+    all
 }
 
 #[cfg(test)]
@@ -76,6 +137,7 @@ mod tests {
     #[test]
     fn a_cube_interleaves_its_axes() {
         let curve = Curve::through(&Aabb::new([0.0; 3], [8.0; 3]), 9);
+        let tabled = Curve::through(&Aabb::new([0.0; 3], [8.0; 3]), 9).tabled();
         for x in 0..8_u64 {
             for y in 0..8_u64 {
                 for z in 0..8_u64 {
@@ -84,7 +146,8 @@ mod tests {
                             | (y >> bit & 1) << (3 * bit + 1)
                             | (z >> bit & 1) << (3 * bit)
                     });
-                    assert_eq!(curve.code([x, y, z].map(|at| at as f32 + 0.5)), expected, "{x} {y} {z}");
+                    let middle = [x, y, z].map(|at| at as f32 + 0.5);
+                    assert_eq!((curve.code(middle), tabled.code(middle)), (expected, expected), "{x} {y} {z}");
                 }
             }
         }
@@ -92,11 +155,31 @@ mod tests {
 
     #[test]
     fn bits_go_where_the_cells_are_long() {
-        // Sixteen times as long as wide: four bits to the long axis, then both take turns; the flat axis gets none.
+        // Sixteen times as long as wide: four bits to the long axis, then both take turns; the flat
+        // axis gets none.
         let curve = Curve::through(&Aabb::new([0.0, 5.0, 0.0], [1.0, 5.0, 16.0]), 8);
         assert_eq!(curve.code([0.0, 5.0, 15.5]) >> 4, 15);
         assert_eq!(curve.code([0.9, 5.0, 0.0]), 0b0000_1010);
         assert_eq!(curve.code([0.0, 5.0, 0.9]), 0b0000_0101);
+    }
+
+    #[test]
+    fn tables_give_the_codes_that_bits_give() {
+        let mut state = 11_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1 << 24) as f32
+        };
+        for extent in [[1.0, 1.0, 1.0], [100.0, 3.0, 0.0], [1e-3, 7.0, 1e4], [0.0; 3]] {
+            for bits in [3, 12, 33, 44, 60] {
+                let bounds = Aabb::new([-2.0; 3], extent.map(|x| x - 2.0));
+                let (curve, tabled) = (Curve::through(&bounds, bits), Curve::through(&bounds, bits).tabled());
+                for _ in 0..200 {
+                    let point = extent.map(|x| x * random() - 2.0);
+                    assert_eq!(curve.code(point), tabled.code(point), "{point:?}, {bits} bits in {bounds:?}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -105,8 +188,10 @@ mod tests {
         let endless = Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]);
         for bounds in [Aabb::EMPTY, Aabb::new([1.0; 3], [1.0; 3]), huge, endless, Aabb::new([0.0; 3], [1e-42; 3])] {
             let curve = Curve::through(&bounds, 44);
+            let tabled = Curve::through(&bounds, 44).tabled();
             for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 1.0, 1e30, f32::MAX] {
                 assert!(curve.code([x; 3]) < 1 << 44, "{x} in {bounds:?}");
+                assert_eq!(curve.code([x; 3]), tabled.code([x; 3]), "{x} in {bounds:?}");
             }
         }
         let curve = Curve::through(&huge, 44);

@@ -17,6 +17,11 @@ pub enum Quality {
     Best,
 }
 
+impl Quality {
+    /// How many there are.
+    pub(crate) const COUNT: usize = Self::Best as usize + 1;
+}
+
 /// How a tree is grown. Each option acts on every tree that is built with it.
 #[derive(Debug, Clone)]
 #[non_exhaustive]

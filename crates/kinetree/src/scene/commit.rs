@@ -1,5 +1,6 @@
 //! Bringing every tree up to date, and taking a snapshot.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::below::KeptHierarchy;
@@ -59,11 +60,17 @@ impl Scene {
             meshes,
             top_level,
             left_out,
-            memory: self.meshes.iter().map(|(_, mesh)| mesh.memory()).sum::<usize>() + frame.memory(),
+            memory: self.memory() + frame.memory(),
             mesh_time,
             total_time: clock.elapsed(),
         };
         Snapshot::of(self.kept.frames.publish(frame))
+    }
+
+    /// Of all meshes.
+    fn memory(&self) -> usize {
+        let mut counted = HashSet::new();
+        self.meshes.iter().map(|(_, mesh)| mesh.memory(&mut counted)).sum()
     }
 
     fn commit_meshes(&mut self) -> Vec<MeshReport> {
@@ -91,10 +98,13 @@ impl Scene {
         frame.release_meshes(&mut self.meshes);
         frame.world.meshes.resize(self.meshes.end(), self.kept.nothing.clone());
         frame.owners.resize(self.meshes.end(), None);
+        frame.normals.resize(self.meshes.end(), None);
         for (slot, mesh) in self.meshes.iter() {
             if let Some(posed) = mesh.current() {
+                let id = self.meshes.handle_of(slot).into();
                 frame.world.meshes[slot as usize] = posed.clone();
-                frame.owners[slot as usize] = Some(self.meshes.handle_of(slot).into());
+                frame.owners[slot as usize] = mesh.owns_current().then_some(id);
+                frame.normals[slot as usize] = mesh.current_normals(id);
             }
         }
         let (mut left_out, mut skewed) = (Vec::new(), Vec::new());

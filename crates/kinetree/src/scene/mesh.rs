@@ -8,14 +8,17 @@ use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
 use crate::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use crate::geometry::{Precision, Triangles, fingerprint};
+use crate::threads::Threads;
+use crate::traverse::Posed;
 use crate::wide::{TreeFileError, WideMesh};
 
-/// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything, also the tree of the rest pose.
+/// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything. That
+/// includes the tree of the rest pose, if their first commit finds them at rest, or bent by a pose.
 #[derive(Clone)]
 pub struct Mesh {
     data: Arc<MeshData>,
-    /// Of the rest pose; taken instead of building one.
-    tree: Option<Arc<WideMesh>>,
+    /// The rest pose with its tree; taken instead of building one.
+    tree: Option<Arc<Posed>>,
 }
 
 /// In short: how large it is.
@@ -30,18 +33,21 @@ impl fmt::Debug for Mesh {
     }
 }
 
+/// Normals for shading: one per vertex, or none at all.
+pub(crate) type VertexNormals = Vec<[f32; 3]>;
+
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MeshData {
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) triangles: Arc<[[u32; 3]]>,
-    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) normals: Arc<VertexNormals>,
     pub(crate) morph_targets: Vec<MorphTarget>,
     pub(crate) skin: Option<Skin>,
     /// Instead of what the motion suggests.
     pub(crate) quality: Option<Quality>,
     pub(crate) precision: Precision,
-    /// Of the rest pose; built by the first of several clones that bend.
-    pub(crate) first_build: OnceLock<WideMesh>,
+    /// The rest pose with its tree, for each quality; built by the first of several clones.
+    first_builds: [OnceLock<Arc<Posed>>; Quality::COUNT],
 }
 
 impl Mesh {
@@ -72,7 +78,7 @@ impl Mesh {
     pub fn with_normals(self, normals: &[[f32; 3]]) -> Result<Self, MeshError> {
         self.check_count("normals", normals.len())?;
         check_finite(normals)?;
-        Ok(self.changed(|data| data.normals = normals.to_vec()))
+        Ok(self.changed(|data| data.normals = Arc::new(normals.to_vec())))
     }
 
     /// Joints that move the vertices.
@@ -106,15 +112,18 @@ impl Mesh {
     ///
     /// [`Quality::Best`] is for what does not bend: a refit takes triangles whole where the build had cut them.
     pub fn with_quality(self, quality: Quality) -> Self {
-        self.changed(|data| {
-            data.quality = Some(quality);
-            data.first_build = OnceLock::new();
-        })
+        self.changed(|data| data.quality = Some(quality))
     }
 
     /// How carefully triangles are tested, instead of [`Precision::Watertight`].
-    pub fn with_precision(self, precision: Precision) -> Self {
-        self.changed(|data| data.precision = precision)
+    pub fn with_precision(mut self, precision: Precision) -> Self {
+        if let Some(tree) = &mut self.tree {
+            Arc::make_mut(tree).precision = precision;
+        }
+        self.changed(|data| {
+            data.precision = precision;
+            data.first_builds = Default::default();
+        })
     }
 
     /// A tree that [`Mesh::bake`] gave earlier for the same positions and triangles. The first commit takes it instead of building one, whatever the
@@ -123,7 +132,9 @@ impl Mesh {
     /// # Errors
     /// The bytes are no tree, damaged, or a tree of another mesh.
     pub fn with_tree(mut self, tree: &[u8]) -> Result<Self, TreeFileError> {
-        self.tree = Some(Arc::new(WideMesh::from_bytes(tree, &self.at_rest())?));
+        let triangles = self.at_rest();
+        let bvh = WideMesh::from_bytes(tree, &triangles)?;
+        self.tree = Some(Arc::new(Posed { bvh, triangles, precision: self.data.precision }));
         Ok(self)
     }
 
@@ -178,8 +189,24 @@ impl Mesh {
     }
 
     /// The tree that came with the mesh; it has none afterwards.
-    pub(crate) fn take_tree(&mut self) -> Option<WideMesh> {
-        self.tree.take().map(Arc::unwrap_or_clone)
+    pub(crate) fn take_tree(&mut self) -> Option<Arc<Posed>> {
+        self.tree.take()
+    }
+
+    /// The rest pose with a tree of this quality, if one of several clones has built it.
+    pub(crate) fn first_build(&self, quality: Quality) -> Option<&Arc<Posed>> {
+        self.data.first_builds[quality as usize].get()
+    }
+
+    /// Builds it, unless that has been done.
+    pub(crate) fn prepare_first_build(&self, quality: Quality, threads: &Threads) {
+        if self.first_build(quality).is_none() {
+            let triangles = self.at_rest();
+            let bvh = grow(&triangles, quality, threads);
+            let built = Arc::new(Posed { bvh, triangles, precision: self.data.precision });
+            // Another scene may have been faster; the trees are the same.
+            let _ = self.data.first_builds[quality as usize].set(built);
+        }
     }
 
     fn changed(mut self, change: impl FnOnce(&mut MeshData)) -> Self {
@@ -191,4 +218,10 @@ impl Mesh {
         let expected = self.data.positions.len();
         if found == expected { Ok(()) } else { Err(MeshError::CountDiffers { what, expected, found }) }
     }
+}
+
+/// A tree over triangles where they are now.
+pub(super) fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> WideMesh {
+    let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
+    WideMesh::new_watched(&build::triangles(triangles, &options), triangles, threads)
 }

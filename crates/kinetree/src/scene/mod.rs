@@ -1,6 +1,6 @@
 //! Meshes, poses, nodes, instances, frames and snapshots: what a game edits, and what its rays ask.
 //!
-//! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `living_mesh` for one mesh and
+//! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `mesh_commit` for one mesh and
 //! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`published`, and `ring` for the buffers of one mesh).
 
 mod below;
@@ -13,6 +13,7 @@ mod input;
 mod living_mesh;
 mod members;
 mod mesh;
+mod mesh_commit;
 mod offset;
 mod pose;
 mod published;

@@ -47,6 +47,12 @@ impl<T: Buffer> Ring<T> {
         }
     }
 
+    /// Takes back a buffer that was claimed and is not needed after all.
+    pub(crate) fn give_back(&mut self, buffer: T) {
+        self.memory += buffer.memory();
+        self.release(Arc::new(buffer));
+    }
+
     /// Makes a buffer current.
     pub(crate) fn publish(&mut self, buffer: T) -> &Arc<T> {
         self.memory += buffer.memory();

@@ -69,9 +69,9 @@ impl Snapshot {
     #[must_use]
     pub fn at_level(&self, level: Level) -> Self {
         let world = TwoLevel { level, ..self.0.world.clone() };
-        let (placed, boxes) = (self.0.placed.clone(), self.0.boxes.clone());
+        let (normals, placed, boxes) = (self.0.normals.clone(), self.0.placed.clone(), self.0.boxes.clone());
         let (report, original) = (self.0.report.clone(), Some(self.0.clone()));
-        Self(Published::alone(Frame { world, placed, boxes, report, owners: Vec::new(), original }))
+        Self(Published::alone(Frame { world, normals, placed, boxes, report, owners: Vec::new(), original }))
     }
 
     /// What the commit did that made this frame.
@@ -233,6 +233,7 @@ impl Snapshot {
         let view = |report: &crate::scene::MeshReport| MeshView {
             id: report.mesh,
             posed: &self.0.world.meshes[report.mesh.0.slot as usize],
+            normals: self.0.normals_of(report.mesh.0.slot),
         };
         self.report().meshes.iter().map(view)
     }
@@ -249,7 +250,8 @@ impl Snapshot {
     pub fn instance_at(&self, index: u32) -> InstanceView<'_> {
         let record = &self.0.world.instances[index as usize];
         let posed = &self.0.world.meshes[record.mesh as usize];
-        InstanceView { index, record, placed: &self.0.placed[index as usize], posed }
+        let normals = self.0.normals_of(record.mesh);
+        InstanceView { index, record, placed: &self.0.placed[index as usize], posed, normals }
     }
 }
 
@@ -276,6 +278,7 @@ pub struct InstanceView<'a> {
     record: &'a InstanceRecord,
     placed: &'a PlacedInstance,
     posed: &'a Posed,
+    normals: &'a [[f32; 3]],
 }
 
 /// In short: which, and how large it is.
@@ -349,7 +352,7 @@ impl<'a> InstanceView<'a> {
 
     /// As posed for this frame, one per vertex, if there are any.
     pub fn normals(&self) -> Option<&'a [[f32; 3]]> {
-        (!self.posed.normals.is_empty()).then_some(&self.posed.normals)
+        (!self.normals.is_empty()).then_some(self.normals)
     }
 
     /// Vertex numbers.
@@ -369,6 +372,7 @@ impl<'a> InstanceView<'a> {
 pub struct MeshView<'a> {
     id: MeshId,
     posed: &'a Posed,
+    normals: &'a [[f32; 3]],
 }
 
 /// In short: which, and how large it is.
@@ -392,7 +396,7 @@ impl<'a> MeshView<'a> {
 
     /// As posed for this frame, one per vertex, if there are any.
     pub fn normals(&self) -> Option<&'a [[f32; 3]]> {
-        (!self.posed.normals.is_empty()).then_some(&self.posed.normals)
+        (!self.normals.is_empty()).then_some(self.normals)
     }
 
     /// Vertex numbers.

@@ -19,8 +19,6 @@ pub struct Posed {
     pub bvh: WideMesh,
     /// Object space.
     pub triangles: Triangles,
-    /// One per vertex, or none at all.
-    pub normals: Vec<[f32; 3]>,
     /// How carefully triangles are tested.
     pub precision: Precision,
 }

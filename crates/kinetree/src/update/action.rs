@@ -24,6 +24,8 @@ pub enum Action {
 pub enum Reason {
     /// No edit.
     NothingChanged,
+    /// Only normals changed, which leaves positions and tree as they are.
+    NormalsChanged,
     /// The mesh is new.
     New,
     /// The same triangles moved.
@@ -40,7 +42,7 @@ pub enum Reason {
     BetterTreeFound,
     /// The caller asked for it: [`Scene::rebuild`](crate::Scene::rebuild).
     Requested,
-    /// A pose put vertices beyond all numbers; the mesh stays as it was.
+    /// A pose put vertices beyond all numbers; they stay where they were.
     PoseNotFinite,
 }
 
@@ -60,6 +62,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::NothingChanged => "nothing changed",
+            Self::NormalsChanged => "normals changed",
             Self::New => "new",
             Self::PositionsMoved => "positions moved",
             Self::TrianglesChanged => "triangles changed",

@@ -127,6 +127,11 @@ impl WideMesh {
         self.plan.get().map_or(0, |plan| plan.memory())
     }
 
+    /// Where what is held for refits stands, and how many bytes it has, if there has been a refit.
+    pub(crate) fn refit_plan(&self) -> Option<(*const (), usize)> {
+        self.plan.get().map(|plan| (Arc::as_ptr(plan).cast(), plan.memory()))
+    }
+
     /// The expected cost of a ray that hits the root, in visits of nodes and tests of blocks.
     pub fn cost(&self, node_cost: f32, block_cost: f32) -> f32 {
         self.tree.cost(node_cost, block_cost)

@@ -35,6 +35,9 @@ const CODE_BITS: u32 = 44;
 /// Primitives of a branch that becomes a leaf at once, at most.
 const FULL_LEAF: u32 = 4;
 
+/// The codes of so many primitives are made bit by bit: to fill tables for them would take longer.
+const FEW: usize = 64;
+
 /// Boxes and codes that are made at one go, by one thread.
 const PIECE: usize = 4096;
 
@@ -145,7 +148,21 @@ impl Survey {
     /// For each primitive its place on the curve, and its number.
     fn keys(&self, boxes: &[Aabb], primitive_bits: u32, threads: &Threads) -> Vec<u64> {
         let curve = Curve::through(&self.centers, CODE_BITS.min(64 - primitive_bits));
-        let key = |id: usize| curve.code(boxes[id].center()) << primitive_bits | id as u64;
+        if boxes.len() <= FEW {
+            return self.keys_along(boxes, primitive_bits, threads, |point| curve.code(point));
+        }
+        let curve = curve.tabled();
+        self.keys_along(boxes, primitive_bits, threads, |point| curve.code(point))
+    }
+
+    fn keys_along(
+        &self,
+        boxes: &[Aabb],
+        primitive_bits: u32,
+        threads: &Threads,
+        code: impl Fn([f32; 3]) -> u64 + Sync,
+    ) -> Vec<u64> {
+        let key = |id: usize| code(boxes[id].center()) << primitive_bits | id as u64;
         if self.primitives < boxes.len() {
             return (0..boxes.len()).filter(|&id| holds_something(&boxes[id])).map(key).collect();
         }
