@@ -32,6 +32,14 @@ fn truth_about(rays: Vec<Ray>, query: Query<'_>) -> Vec<Truth> {
         .collect()
 }
 
+fn hits_of(truths: &[Truth]) -> usize {
+    truths.iter().filter(|truth| truth.closest.is_some()).count()
+}
+
+fn differing(some: &[Truth], others: &[Truth]) -> usize {
+    some.iter().zip(others).filter(|(one, other)| one.closest != other.closest).count()
+}
+
 fn compare_single(what: &str, query: Query<'_>, truths: &[Truth]) {
     let mut work = Work::default();
     for Truth { ray, closest, all } in truths {
@@ -69,6 +77,7 @@ fn every_tree_is_valid(world: &World) {
 
 #[test]
 fn every_quality_level_question_and_batch_agrees_with_looking_everywhere() {
+    let mut hits = 0;
     for seed in 100..102 {
         let mut random = Random::new(seed);
         for world in worlds(seed) {
@@ -76,6 +85,7 @@ fn every_quality_level_question_and_batch_agrees_with_looking_everywhere() {
             mixed.extend(tile(&world, &mut random, 64));
             let mixed = truth_about(mixed, world.view.query());
             let picture = truth_about(tile(&world, &mut random, 128), world.view.query());
+            hits += hits_of(&mixed) + hits_of(&picture);
             for quality in QUALITIES {
                 let world = rebuilt(&world, quality);
                 every_tree_is_valid(&world);
@@ -90,6 +100,7 @@ fn every_quality_level_question_and_batch_agrees_with_looking_everywhere() {
             }
         }
     }
+    assert!(hits > 5000, "only {hits} hits were compared");
 }
 
 #[test]
@@ -97,6 +108,8 @@ fn masks_culling_and_filters_hold_for_every_quality_and_level() {
     let holes = |candidate: &Candidate<'_>| (candidate.primitive() + candidate.instance_index()) % 3 != 0;
     let seed = 110;
     let mut random = Random::new(seed);
+    // Hits that are left, those that filters change, and those that masks and culling change.
+    let mut counts = [0; 3];
     for world in worlds(seed) {
         let mut asked = rays(&world, 60, &mut random);
         asked.extend(tile(&world, &mut random, 20));
@@ -106,6 +119,10 @@ fn masks_culling_and_filters_hold_for_every_quality_and_level() {
                 let query = world.view.query().mask(mask).cull(cull);
                 let plain = truth_about(asked.clone(), query);
                 let filtered = truth_about(asked.clone(), query.filter(&holes));
+                let open = truth_about(asked.clone(), world.view.query());
+                counts[0] += hits_of(&filtered);
+                counts[1] += differing(&filtered, &plain);
+                counts[2] += differing(&plain, &open);
                 for level in Level::available() {
                     let what = format!("`{}`, {level:?}, mask {mask:#b}, {cull:?}, seed {seed}", world.name);
                     let view = world.view.at_level(level);
@@ -116,6 +133,7 @@ fn masks_culling_and_filters_hold_for_every_quality_and_level() {
             }
         }
     }
+    assert!(counts.iter().all(|&count| count > 1000), "{counts:?} are too few to say anything");
 }
 
 /// Every hit on the way through a binary tree. Boxes are entered generously, so that the tree and its walk are on trial and not this.
@@ -187,6 +205,7 @@ fn grown(triangles: &Triangles) -> Vec<(String, Bvh)> {
 fn every_builder_and_layout_is_valid_and_walks_of_binary_trees_find_every_hit() {
     let seed = 120;
     let mut random = Random::new(seed);
+    let mut hits = 0;
     for world in worlds(seed) {
         if world.view.instances().len() != 1 || *world.view.instance_at(0).world_from_object() != Affine::IDENTITY {
             continue;
@@ -194,6 +213,7 @@ fn every_builder_and_layout_is_valid_and_walks_of_binary_trees_find_every_hit() 
         let mesh = world.view.instance_at(0);
         let triangles = Triangles::new(mesh.positions().to_vec(), mesh.triangles().into()).unwrap();
         let truths = truth_about(rays(&world, 550, &mut random), world.view.query());
+        hits += hits_of(&truths);
         for (builder, tree) in grown(&triangles) {
             let what = format!("`{}`, {builder}, seed {seed}", world.name);
             assert_eq!(tree.validate(), Ok(()), "{what}");
@@ -212,4 +232,5 @@ fn every_builder_and_layout_is_valid_and_walks_of_binary_trees_find_every_hit() 
             }
         }
     }
+    assert!(hits > 1000, "only {hits} hits were compared");
 }
