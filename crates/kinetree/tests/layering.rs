@@ -118,3 +118,19 @@ fn one_file_names_the_thread_pool_and_one_the_clock() {
         }
     }
 }
+
+/// A function that is marked `inline` is compiled with the caller's crate, and so are the walks
+/// that it calls: then optimising this crate alone, as the front page proposes for debug builds,
+/// leaves them as slow as they were.
+#[test]
+fn what_is_asked_of_a_frame_is_compiled_in_this_crate() {
+    for file in ["query/options.rs", "scene/snapshot.rs"] {
+        let text = fs::read_to_string(source_folder().join(file)).unwrap();
+        let tokens = tokens(&text);
+        for (at, _) in tokens.iter().enumerate().filter(|(_, token)| **token == "inline") {
+            let item = tokens[at..].iter().skip_while(|token| **token != "]").skip(1).take(3);
+            let item: Vec<&str> = item.copied().collect();
+            assert!(item[..2] != ["pub", "fn"], "{file}: `{}` is inline", item[2]);
+        }
+    }
+}

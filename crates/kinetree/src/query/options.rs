@@ -114,7 +114,6 @@ impl<'a> Query<'a> {
     }
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
-    #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.gather::<Closest, _>(ray, &mut ())
     }
@@ -126,7 +125,6 @@ impl<'a> Query<'a> {
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
-    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.gather::<Occluded, _>(ray, &mut ())
     }
