@@ -4,6 +4,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -29,6 +30,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     let destination = Destination::find(&out)?;
     let is_output_taken = destination.is_standard_output();
     let loaded = scene::load(args.scene.as_deref(), args.clip.as_ref())?;
+    Inputs::of(loaded.files.iter().map(PathBuf::as_path)).spare(&out)?;
     if !common.quiet {
         loaded.notes.iter().for_each(|note| remark(&format!("{}: {note}", loaded.name)));
     }

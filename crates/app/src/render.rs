@@ -1,7 +1,7 @@
 //! `kinetree render`: moments of a scene, to files.
 
 use std::ops::{ControlFlow, Range};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use kinetree_render::{Camera, Frame, Rendered, Settings, develop, encode, metered_exposure, render};
@@ -27,6 +27,8 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let first = Destination::find(&names.of(numbers.start))?;
     let is_output_taken = first.is_standard_output();
     let opened = scene::open(args.scene.as_deref(), args.clip.as_ref(), args.trees.as_deref())?;
+    let inputs = Inputs::of(opened.files.iter().map(PathBuf::as_path));
+    numbers.clone().try_for_each(|number| inputs.spare(&names.of(number)))?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }

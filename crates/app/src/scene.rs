@@ -1,6 +1,6 @@
 //! Opens what is spoken of: a file, or the race that is built in.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use kinetree::FrameReport;
@@ -19,6 +19,8 @@ pub(crate) struct Opened {
     pub(crate) notes: Vec<String>,
     /// The animations of the file.
     pub(crate) clips: Vec<ClipInfo>,
+    /// What was read besides the file: its buffers and images.
+    pub(crate) files: Vec<PathBuf>,
     /// Reading and making the world, and taking in trees from a file, before any tree is built.
     pub(crate) load_time: Duration,
     /// The commit that built all trees, at time 0.
@@ -36,6 +38,8 @@ pub(crate) struct Loaded {
     pub(crate) notes: Vec<String>,
     /// The animations of the file.
     pub(crate) clips: Vec<ClipInfo>,
+    /// What was read besides the file: its buffers and images.
+    pub(crate) files: Vec<PathBuf>,
     /// Reading and making the world.
     pub(crate) load_time: Duration,
 }
@@ -53,23 +57,23 @@ pub(crate) fn stem(path: Option<&Path>) -> String {
 pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, Failure> {
     let name = path.map_or_else(|| "the built-in race".to_owned(), |path| path.display().to_string());
     let start = Instant::now();
-    let (world, notes, clips) = match path {
-        None => (kinetree_race::world(RACE_SEED), Vec::new(), Vec::new()),
+    let (world, notes, clips, files) = match path {
+        None => (kinetree_race::world(RACE_SEED), Vec::new(), Vec::new(), Vec::new()),
         Some(path) => {
             check_extension(path)?;
             let options = Options { clip: clip.cloned().unwrap_or_default(), ..Options::default() };
             let loaded = kinetree_gltf::load_with(path, &options).map_err(|error| Failure::work(error.to_string()))?;
-            (loaded.world, loaded.notes, loaded.clips)
+            (loaded.world, loaded.notes, loaded.clips, loaded.files)
         }
     };
-    Ok(Loaded { name, world, notes, clips, load_time: start.elapsed() })
+    Ok(Loaded { name, world, notes, clips, files, load_time: start.elapsed() })
 }
 
 /// Loads a file, or makes the race, and takes its trees from another file, or builds them.
 pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path>) -> Result<Opened, Failure> {
     // What is wrong with the smaller file is said before the larger one is read.
     let trees = trees.map(TreeFile::open).transpose()?;
-    let Loaded { name, mut world, notes, clips, mut load_time } = load(path, clip)?;
+    let Loaded { name, mut world, notes, clips, files, mut load_time } = load(path, clip)?;
     if let Some(trees) = trees {
         let start = Instant::now();
         trees.hand_to(&mut world.scene, &name, path)?;
@@ -78,7 +82,7 @@ pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path
     let first_commit = frame_of(&mut world, &name, 0.0)?.view.report().clone();
     let has_default_lighting =
         default_lighting(&mut world).map_err(|error| Failure::work(format!("{name}: at time 0: {error}")))?;
-    Ok(Opened { name, world, notes, clips, load_time, first_commit, has_default_lighting })
+    Ok(Opened { name, world, notes, clips, files, load_time, first_commit, has_default_lighting })
 }
 
 impl Opened {

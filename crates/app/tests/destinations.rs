@@ -171,6 +171,19 @@ fn what_is_read_is_never_written_over_whatever_its_name() {
         assert!(complaint.contains("same file"), "{command}: {complaint}");
     }
     assert!(before == ["small.gltf", "small.trees"].map(|name| fs::read(desk.path(name)).unwrap()));
+    // The files that a scene names are read too: here its buffer.
+    let text = fs::read_to_string(desk.path("small.gltf")).unwrap();
+    let start = text.find("data:").unwrap();
+    let end = start + text[start..].find('"').unwrap();
+    let named = format!("{}buffer.png{}", &text[..start], &text[end..]);
+    fs::write(desk.path("named.gltf"), named).unwrap();
+    let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    fs::write(desk.path("buffer.png"), &bytes).unwrap();
+    for command in ["render named.gltf --size 8x8 --spp 1 --out buffer.png", "bake named.gltf --out ./buffer.png"] {
+        assert!(desk.fail(command, 2).contains("same file"), "{command}");
+    }
+    assert!(fs::read(desk.path("buffer.png")).unwrap() == bytes);
     // A file of the same content is another file.
     fs::copy(desk.path("small.gltf"), desk.path("copy.png")).unwrap();
     desk.succeed(&format!("{SMALL} --out copy.png"));

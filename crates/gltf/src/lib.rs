@@ -55,7 +55,7 @@ mod triangles;
 mod uri;
 mod vertices;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use kinetree_render::World;
 
@@ -79,6 +79,8 @@ pub struct Loaded {
     pub notes: Vec<String>,
     /// The animations of the file, in its order.
     pub clips: Vec<ClipInfo>,
+    /// The files next to it that were read: buffers and images.
+    pub files: Vec<PathBuf>,
 }
 
 /// An animation of a file.
@@ -135,11 +137,13 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 /// As [`load`]; also an animation that is not there.
 pub fn load_with(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     let mut notes = Notes::default();
-    let (world, clips) = world(path, options, &mut notes).map_err(|problem| LoadError::new(path, problem))?;
-    Ok(Loaded { world, notes: notes.into_lines(), clips })
+    let (world, clips, files) = world(path, options, &mut notes).map_err(|problem| LoadError::new(path, problem))?;
+    Ok(Loaded { world, notes: notes.into_lines(), clips, files })
 }
 
-fn world(path: &Path, options: &Options, notes: &mut Notes) -> Result<(World, Vec<ClipInfo>), Problem> {
+type Parts = (World, Vec<ClipInfo>, Vec<PathBuf>);
+
+fn world(path: &Path, options: &Options, notes: &mut Notes) -> Result<Parts, Problem> {
     let source = Source::open(path)?;
     let document = Document::parse(&source.json, notes)?;
     let buffers = source.buffers(&document.root.buffers)?;
@@ -152,5 +156,6 @@ fn world(path: &Path, options: &Options, notes: &mut Notes) -> Result<(World, Ve
     let meshes = Meshes { document: &document, accessors: &accessors, budget: &budget };
     let clips = std::mem::take(&mut clip.all);
     let parts = assemble::Parts { document: &document, hierarchy: &hierarchy, clip, meshes, budget: &budget };
-    Ok((assemble::assemble(parts, materials, notes)?, clips))
+    let world = assemble::assemble(parts, materials, notes)?;
+    Ok((world, clips, source.files_read()))
 }

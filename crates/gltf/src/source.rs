@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{Item, Problem, Quoted};
 use crate::json::{Buffer, List};
@@ -19,19 +19,22 @@ pub(crate) struct Source {
     /// The binary chunk of a `.glb`.
     binary: Option<Arc<[u8]>>,
     folder: PathBuf,
+    /// The files next to it that were read so far.
+    read: Mutex<Vec<PathBuf>>,
 }
 
 impl Source {
     pub(crate) fn open(path: &Path) -> Result<Self, Problem> {
         let bytes = read(path).map_err(Problem::Unreadable)?;
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let read_so_far = Mutex::default();
         if bytes.starts_with(b"glTF") {
             let (json, binary) = chunks(&bytes).map_err(Problem::Container)?;
-            Ok(Self { json: json.to_vec(), binary: binary.map(Arc::from), folder })
+            Ok(Self { json: json.to_vec(), binary: binary.map(Arc::from), folder, read: read_so_far })
         } else {
             const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
             let json = bytes.strip_prefix(BYTE_ORDER_MARK).map(<[u8]>::to_vec).unwrap_or(bytes);
-            Ok(Self { json, binary: None, folder })
+            Ok(Self { json, binary: None, folder, read: read_so_far })
         }
     }
 
@@ -70,12 +73,20 @@ impl Source {
         self.json.len() as u64 + distinct.map(|buffer| buffer.len() as u64).sum::<u64>()
     }
 
+    /// The files next to it that were read: buffers and images.
+    pub(crate) fn files_read(&self) -> Vec<PathBuf> {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
     /// What a URI of this file stands for.
     pub(crate) fn fetch(&self, uri: &str) -> Result<Vec<u8>, Problem> {
         match uri::resolve(uri) {
             Ok(Target::Data(bytes)) => Ok(bytes),
             Ok(Target::File(path)) => {
-                read(&self.folder.join(path)).map_err(|error| Problem::Missing { uri: Quoted::new(uri), error })
+                let path = self.folder.join(path);
+                let bytes = read(&path).map_err(|error| Problem::Missing { uri: Quoted::new(uri), error })?;
+                self.read.lock().unwrap_or_else(PoisonError::into_inner).push(path);
+                Ok(bytes)
             }
             Err(reason) => Err(Problem::Uri { uri: Quoted::new(uri), reason }),
         }
