@@ -271,16 +271,18 @@ fn wander(view: &Snapshot, middle: [f32; 3], seed: u64, what: &str) {
     let mut random = Random::new(seed);
     for path in 0..4000 {
         let mut ray = Ray::new(middle, random.direction());
-        let mut last = None;
+        let mut trail = Vec::new();
         for bounce in 0..12 {
             let Some(hit) = view.closest_hit(&ray) else {
                 let heights = heights(view, wide(ray.origin));
+                let local = view.instance_at(0).ray_in_object(&ray);
                 panic!(
-                    "seed {seed}, {what}: path {path} is out after {bounce} bounces by {ray:?} from {last:?}: {heights:?}"
+                    "seed {seed}, {what}: path {path} is out after {bounce} bounces by {ray:?}, {local:?} in its own \
+                     space; heights over the walls are {heights:?}; before were {trail:#?}"
                 )
             };
+            trail.push((ray, view.instance_at(0).ray_in_object(&ray), hit));
             ray = next(view, &hit, &ray, &mut random);
-            last = Some(hit);
         }
     }
 }

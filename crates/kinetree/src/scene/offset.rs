@@ -11,7 +11,7 @@
 use glam::{DMat3, DVec3};
 
 use super::snapshot::InstanceView;
-use crate::geometry::{Affine, Precision, Ray, Triangle};
+use crate::geometry::{Affine, Precision, Ray, Triangle, UNIT_ROUNDOFF};
 use crate::wide::InstanceRecord;
 
 /// The least height of an origin over the plane, as a part of the distance to the farthest corner. A watertight hit is never on
@@ -27,9 +27,9 @@ const LEAST_HEIGHT_FAST: f64 = 1.0 / (1_u64 << 20) as f64;
 /// How often an origin is moved. Each time at least doubles the way, so the last ones are farther off than all roundings.
 const ATTEMPTS: usize = 32;
 
-/// How often an origin is moved inwards from an edge. Triangles smaller than the spacing of single precision may have no
-/// point over them.
-const INWARD_ATTEMPTS: usize = 8;
+/// A triangle whose outline is no more than so many times as long as the radius of the circle in it is moved over towards its
+/// middle; over a longer one, that would lead far away.
+const PLUMP: f64 = 32.0;
 
 /// The point of a triangle with the weights of a hit, object space, and in the plane of the triangle.
 pub(super) fn place(triangle: &Triangle, u: f32, v: f32) -> DVec3 {
@@ -84,11 +84,13 @@ pub(super) fn leave(
         // A triangle without area, which no ray hits.
         return Ray::new(base.as_vec3().into(), direction);
     }
-    let part = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
-    let least = part * surface.reach + PLACE_ERROR * surface.place.abs().max_element();
-    let (mut lift, mut turn, mut shift) = (least, 0.0, DVec3::ZERO);
+    let least = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
+    let least = least * surface.reach + PLACE_ERROR * surface.place.abs().max_element();
+    let (mut lift, mut turn) = (least, 0.0);
+    // Along the plane, as a vector and as a part of the way to the middle.
+    let (mut shift, mut part) = (DVec3::ZERO, 0.0);
     let (mut ray, mut keeps_inside) = (Ray::new([0.0; 3], direction), true);
-    for attempt in 0..ATTEMPTS {
+    for _ in 0..ATTEMPTS {
         ray.origin = rounded(base + linear(world_from_object) * shift + up * lift, up);
         if turn > 0.0 {
             ray.direction = rounded(toward + up * turn, up);
@@ -103,20 +105,30 @@ pub(super) fn leave(
             break;
         }
         if height < least {
-            lift = 2.0 * (lift + least - height);
+            lift = 2.0 * (lift + least - height) + step(&record.object_from_world, base);
         }
         if slope < 0.0 {
             turn = 2.0 * (turn - slope);
         }
         if inward != DVec3::ZERO {
-            shift = 2.0 * (shift + inward);
+            let step = step(&record.object_from_world, base);
+            part = 2.0 * part + (inward.length() + step) / surface.radius();
+            shift = surface.shift(part, 2.0 * (shift + inward) + inward.normalize_or_zero() * step);
         }
         // A triangle that has no point of single precision over it is left where it was hit.
-        if shift.length() > surface.radius() || attempt + 1 == INWARD_ATTEMPTS {
-            (shift, keeps_inside) = (DVec3::ZERO, false);
+        if part > 0.5 {
+            (shift, part, keeps_inside) = (DVec3::ZERO, 0.0, false);
         }
     }
     ray
+}
+
+/// About the spacing of single precision where a point of the world is taken into the space of the object.
+fn step(object_from_world: &Affine, point: DVec3) -> f64 {
+    let map = linear(object_from_world);
+    let point = point.abs();
+    let terms = map.x_axis.abs() * point.x + map.y_axis.abs() * point.y + map.z_axis.abs() * point.z;
+    (terms + wide(object_from_world.translation).abs()).max_element() * f64::from(UNIT_ROUNDOFF)
 }
 
 /// The same where rays enter the object in double precision, since its placement is flat or badly skewed: off the plane in
@@ -172,8 +184,23 @@ impl Surface {
     /// Of the circle in the triangle.
     fn radius(&self) -> f64 {
         let [a, b, c] = self.corners;
-        let around = a.distance(b) + b.distance(c) + c.distance(a);
-        (b - a).cross(c - a).length() / around
+        (b - a).cross(c - a).length() / self.outline()
+    }
+
+    fn outline(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        a.distance(b) + b.distance(c) + c.distance(a)
+    }
+
+    /// A part of the way to the middle of the circle in the triangle, which leads away from all edges; or another way, for a long
+    /// thin triangle.
+    fn shift(&self, part: f64, otherwise: DVec3) -> DVec3 {
+        if self.outline() > PLUMP * self.radius() {
+            return otherwise;
+        }
+        let [a, b, c] = self.corners;
+        let middle = (a * b.distance(c) + b * c.distance(a) + c * a.distance(b)) / self.outline();
+        (middle - self.place) * part
     }
 }
 
