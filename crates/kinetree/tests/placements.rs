@@ -362,6 +362,8 @@ fn a_placement_becomes_flat_and_solid_again() {
     scene.place(instance, Affine::from_translation([0.0, 3.0, 0.0]) * Affine::from_scale([2.0, 0.0, 1.0])).unwrap();
     let flat = scene.commit();
     assert_eq!((height(&flat, 0.3), height(&flat, 3.9), height(&flat, 4.1)), (Some(3.0), Some(3.0), None));
+    let down = Ray::new([0.3, 10.0, 0.3], [0.0, -1.0, 0.0]);
+    assert!(flat.occluded(&down) && !flat.query().without(instance).occluded(&down));
     let bent: Vec<[f32; 3]> = grid(4, 2.0).positions().iter().map(|[x, y, z]| [x * 2.0, y + 1.0, *z]).collect();
     scene.set_positions(mesh, &bent).unwrap();
     let bent = scene.commit();

@@ -263,6 +263,32 @@ mod tests {
         assert_eq!(came_back, 200 * 8 - 1, "all but the current one");
     }
 
+    /// Panics when it is freed by another thread than the one that made it.
+    struct FreedAtHome(std::thread::ThreadId);
+
+    impl Default for FreedAtHome {
+        fn default() -> Self {
+            Self(std::thread::current().id())
+        }
+    }
+
+    impl Drop for FreedAtHome {
+        fn drop(&mut self) {
+            assert_eq!(self.0, std::thread::current().id());
+        }
+    }
+
+    #[test]
+    fn a_thread_that_drops_the_last_hold_frees_nothing() {
+        let mut publisher = Publisher::<FreedAtHome>::default();
+        for _ in 0..20 {
+            let held: Vec<_> = (0..9).map(|_| publisher.publish(FreedAtHome::default())).collect();
+            std::thread::spawn(move || drop(held)).join().unwrap();
+            publisher.collect(|_| ());
+            assert_eq!((in_use(&publisher), publisher.free.len()), (1, SPARES));
+        }
+    }
+
     #[test]
     fn a_value_outlives_its_publisher() {
         let mut publisher = Publisher::<Vec<u32>>::default();
