@@ -64,7 +64,8 @@ fn a_shared_tree_is_built_at_the_quality_and_precision_of_each_clone() {
 
 #[test]
 fn clones_share_a_tree_that_was_baked() {
-    let options = BuildOptions { quality: Quality::Best, ..BuildOptions::default() };
+    let mut options = BuildOptions::default();
+    options.quality = Quality::Best;
     let mesh = sphere(20, 30);
     let baked = mesh.clone().with_tree(&mesh.bake(&options)).unwrap();
     for motion in MOTIONS {
