@@ -80,7 +80,7 @@ struct Assembly<'a> {
 pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut Notes) -> Result<World, Problem> {
     let (document, hierarchy) = (parts.document, parts.hierarchy);
     let moves = hierarchy.below(parts.clip.nodes.keys().copied());
-    let bones = Bones::new(hierarchy, joints_in_use(document, hierarchy)?);
+    let bones = Bones::new(hierarchy, bones_in_use(document, hierarchy)?);
     let resized = hierarchy.below(parts.clip.resized());
     let player = Player { duration: parts.clip.duration, movers: vec![], bones, skins: vec![], bodies: vec![] };
     let mut assembly = Assembly {
@@ -104,23 +104,23 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
     assembly.finish()
 }
 
-/// The joints of all skins of the scene, and the nodes that have skins.
-fn joints_in_use(document: &Document, hierarchy: &Hierarchy<'_>) -> Result<impl Iterator<Item = usize>, Problem> {
+/// For every node whether it is a joint of any skin of the scene, or has a skin.
+fn bones_in_use(document: &Document, hierarchy: &Hierarchy<'_>) -> Result<Vec<bool>, Problem> {
     let mut seen = HashSet::new();
-    let mut joints = Vec::new();
+    let mut in_use = vec![false; hierarchy.len()];
     for (index, node) in document.root.nodes.iter().enumerate().filter(|&(index, _)| hierarchy.in_scene[index]) {
         let Some(skin) = node.skin else { continue };
-        joints.push(index);
+        in_use[index] = true;
         if !seen.insert(skin.value()) {
             continue;
         }
         let item = document.node_item(index);
         for &joint in &document.get(skin, "skin", &item)?.joints {
             document.get(joint, "node", &Item::new("skin", skin.value()))?;
-            joints.push(joint.value());
+            in_use[joint.value()] = true;
         }
     }
-    Ok(joints.into_iter())
+    Ok(in_use)
 }
 
 impl<'a> Assembly<'a> {
@@ -241,8 +241,11 @@ impl<'a> Assembly<'a> {
         notes: &mut Notes,
     ) -> Result<(), Problem> {
         let (document, hierarchy) = (self.parts.document, self.parts.hierarchy);
-        let bears = |(_, node): &(usize, &Node)| node.mesh.is_some() || node.camera.is_some() || node.light().is_some();
-        let bears = hierarchy.above(self.nodes().filter(bears).map(|(index, _)| index));
+        let mut bears = vec![false; hierarchy.len()];
+        for (index, node) in self.nodes() {
+            bears[index] = node.mesh.is_some() || node.camera.is_some() || node.light().is_some();
+        }
+        let bears = hierarchy.above(bears);
         let mut ids: Vec<Option<NodeId>> = vec![None; hierarchy.len()];
         for (index, node) in self.nodes().filter(|&(index, _)| bears[index]) {
             let item = document.node_item(index);

@@ -101,6 +101,14 @@ impl Meshes<'_> {
                 notes.add(|| format!("{item}: primitive {place} has no positions, and is left out"));
                 continue;
             }
+            let [joints, weights] = [Semantic::Joints(0), Semantic::Weights(0)];
+            if primitive.attributes.get(joints).is_some() != primitive.attributes.get(weights).is_some() {
+                notes.ignored(
+                    "one of joints and weights without the other",
+                    "nothing moves these vertices",
+                    Some(&item),
+                );
+            }
             let sources = Sources::of(primitive, self.coordinate_set(primitive));
             let block = match known.get(&sources) {
                 Some(&block) => block,

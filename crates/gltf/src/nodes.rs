@@ -142,14 +142,14 @@ impl<'a> Hierarchy<'a> {
         self.spread_down(moves)
     }
 
-    /// For every node, whether it or any node below it is among `bearers`.
-    pub(crate) fn above(&self, bearers: impl Iterator<Item = usize>) -> Vec<bool> {
-        let mut bears = vec![false; self.len()];
-        bearers.for_each(|node| bears[node] = true);
-        for node in self.parents_first().rev().filter(|&node| self.parents[node] != NONE) {
-            bears[self.parents[node] as usize] |= bears[node];
+    /// For every node, whether it or any node below it is marked.
+    pub(crate) fn above(&self, mut marks: Vec<bool>) -> Vec<bool> {
+        for node in self.parents_first().rev() {
+            if let Some(parent) = self.parent(node) {
+                marks[parent] |= marks[node];
+            }
         }
-        bears
+        marks
     }
 
     fn spread_down(&self, mut marks: Vec<bool>) -> Vec<bool> {

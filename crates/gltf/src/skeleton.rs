@@ -24,7 +24,7 @@ pub(crate) struct Bones {
 /// What moves the vertices of the meshes that it is given to.
 pub(crate) struct Skin {
     /// Bones.
-    joints: Vec<usize>,
+    joints: Vec<u32>,
     joint_from_mesh: Vec<Affine>,
     /// From the mesh at rest to the world, by joint.
     matrices: Vec<Affine>,
@@ -32,17 +32,9 @@ pub(crate) struct Skin {
 }
 
 impl Bones {
-    /// The bones for some joints, in their rest state.
-    pub(crate) fn new(hierarchy: &Hierarchy<'_>, joints: impl Iterator<Item = usize>) -> Self {
-        let mut needed = vec![false; hierarchy.len()];
-        for joint in joints {
-            let mut node = Some(joint);
-            // What is already needed has its ancestors.
-            while let Some(here) = node.filter(|&here| !needed[here]) {
-                needed[here] = true;
-                node = hierarchy.parent(here);
-            }
-        }
+    /// The bones for some nodes, in their rest state.
+    pub(crate) fn new(hierarchy: &Hierarchy<'_>, in_use: Vec<bool>) -> Self {
+        let needed = hierarchy.above(in_use);
         let mut bones = Self { moved: true, ..Self::default() };
         for node in hierarchy.parents_first().filter(|&node| needed[node]) {
             bones.of_node.insert(node, bones.parent.len());
@@ -102,7 +94,8 @@ impl Skin {
         let mut joints = Vec::with_capacity(skin.joints.len());
         for &joint in &skin.joints {
             document.get(joint, "node", &item)?;
-            joints.push(bones.of_node(joint.value()).ok_or_else(|| item.invalid("has a joint that is no bone"))?);
+            let bone = bones.of_node(joint.value()).ok_or_else(|| item.invalid("has a joint that is no bone"))?;
+            joints.push(bone as u32);
         }
         let joint_from_mesh = match skin.inverse_bind_matrices {
             None => vec![Affine::IDENTITY; joints.len()],
@@ -137,7 +130,7 @@ impl Skin {
         let mut changed = false;
         for ((matrix, &bone), &joint_from_mesh) in self.matrices.iter_mut().zip(&self.joints).zip(&self.joint_from_mesh)
         {
-            let world_from_mesh = bones.world_from_bone[bone] * joint_from_mesh;
+            let world_from_mesh = bones.world_from_bone[bone as usize] * joint_from_mesh;
             changed |= *matrix != world_from_mesh;
             *matrix = world_from_mesh;
         }

@@ -2,6 +2,7 @@
 //!
 //! glTF 2.0 specification, section 4 (GLB file format) and 3.6.1 (buffers).
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read};
@@ -38,9 +39,10 @@ impl Source {
         }
     }
 
-    /// The bytes of all buffers, each at least as long as it says. Buffers with the same URI share their bytes.
+    /// The bytes of all buffers, each at least as long as it says. Buffers with the same URI, and those that come from the
+    /// same file by different names, share their bytes.
     pub(crate) fn buffers(&self, buffers: &List<Buffer>) -> Result<Vec<Arc<[u8]>>, Problem> {
-        let mut known: HashMap<&str, Arc<[u8]>> = HashMap::new();
+        let mut known: HashMap<Place<'_>, Arc<[u8]>> = HashMap::new();
         let mut all = Vec::with_capacity(buffers.len());
         for (index, buffer) in buffers.iter().enumerate() {
             let item = Item::named("buffer", index, buffer.name.as_deref());
@@ -48,13 +50,9 @@ impl Source {
                 None => {
                     self.binary.clone().ok_or_else(|| item.invalid("has no URI, and the file has no binary chunk"))?
                 }
-                Some(uri) => match known.get(&**uri) {
-                    Some(bytes) => Arc::clone(bytes),
-                    None => {
-                        let bytes: Arc<[u8]> = self.fetch(uri)?.into();
-                        known.insert(uri, Arc::clone(&bytes));
-                        bytes
-                    }
+                Some(uri) => match known.entry(self.place(uri)) {
+                    Entry::Occupied(bytes) => Arc::clone(bytes.get()),
+                    Entry::Vacant(place) => Arc::clone(place.insert(self.fetch(uri)?.into())),
                 },
             };
             if (bytes.len() as u64) < buffer.byte_length {
@@ -78,6 +76,13 @@ impl Source {
         self.read.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    fn place<'a>(&self, uri: &'a str) -> Place<'a> {
+        match uri::resolve(uri) {
+            Ok(Target::File(path)) => self.folder.join(path).canonicalize().map_or(Place::Uri(uri), Place::File),
+            _ => Place::Uri(uri),
+        }
+    }
+
     /// What a URI of this file stands for.
     pub(crate) fn fetch(&self, uri: &str) -> Result<Vec<u8>, Problem> {
         match uri::resolve(uri) {
@@ -91,6 +96,14 @@ impl Source {
             Err(reason) => Err(Problem::Uri { uri: Quoted::new(uri), reason }),
         }
     }
+}
+
+/// Where bytes come from. Equal places hold the same.
+#[derive(PartialEq, Eq, Hash)]
+enum Place<'a> {
+    Uri(&'a str),
+    /// In its one true spelling.
+    File(PathBuf),
 }
 
 /// Reads a whole file, and only a file: a device or a pipe could go on for ever.

@@ -95,6 +95,10 @@ fn json_takes_at_most_60_bytes_for_each_of_its_own() {
         ("weights".into(), repeated(r#""meshes":[{"primitives":[],"weights":["#, "0", "]}]")),
         ("roots".into(), repeated(r#""nodes":[{}],"scenes":[{"nodes":["#, "0", "]}]")),
         ("instances".into(), repeated(&format!("{TRIANGLE}\"nodes\":["), r#"{"mesh":0}"#, "]")),
+        ("joints".into(), {
+            let before = format!("{TRIANGLE}\"nodes\":[{{\"mesh\":0,\"skin\":0}}],\"skins\":[{{\"joints\":[");
+            repeated(&before, "0", "]}]")
+        }),
         ("channels".into(), repeated(&format!("{animated}{{\"samplers\":[],\"channels\":["), channel, "]}]")),
         ("lights".into(), {
             let before = r#""extensions":{"KHR_lights_punctual":{"lights":["#;
@@ -111,6 +115,19 @@ fn json_takes_at_most_60_bytes_for_each_of_its_own() {
         println!("{what}: {ratio:.1} bytes a byte, {:?}", loaded.err());
         assert!(ratio <= 60.0, "{what}: {ratio:.1} bytes for each byte of text");
     }
+}
+
+fn a_file_that_is_named_in_many_ways_is_read_once() {
+    const BYTES: usize = 1 << 20;
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    std::fs::write(folder.path().join("a.bin"), vec![0; BYTES]).expect("the temporary folder can be written");
+    let buffer = |i: usize| format!(r#"{{"byteLength":{BYTES},"uri":"{}%61.bin"}}"#, "./".repeat(i));
+    let buffers: Vec<String> = (0..100).map(buffer).collect();
+    let text = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{}]}}"#, buffers.join(","));
+    let path = folder.path().join("scene.gltf");
+    std::fs::write(&path, text).expect("the temporary folder can be written");
+    let (loaded, most, _) = counted(&path, &Options::default());
+    assert!(loaded.is_ok() && most < 3 * BYTES, "{most} bytes, {:?}", loaded.err());
 }
 
 /// A triangle that wears an image, in a folder with it.
@@ -176,6 +193,7 @@ fn an_image_beyond_the_bound_is_not_decoded() {
 #[test]
 fn memory_is_bounded_by_what_is_loaded() {
     json_takes_at_most_60_bytes_for_each_of_its_own();
+    a_file_that_is_named_in_many_ways_is_read_once();
     an_image_takes_four_bytes_a_pixel_while_it_is_decoded_and_after();
     an_image_beyond_the_bound_is_not_decoded();
 }

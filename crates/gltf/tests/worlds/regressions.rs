@@ -325,3 +325,18 @@ fn instances_of_a_moving_or_bending_node_move_and_bend_with_it() {
     let highest = places[0].iter().map(|place| place[2]).fold(0.0, f32::max);
     assert!((highest - 7.0 - 2.0 * 3f32.sqrt()).abs() < 1e-4, "{highest}");
 }
+
+#[test]
+fn a_scale_of_zero_along_one_axis_shows_a_flat_shape() {
+    let mut writer = Writer::new();
+    let positions = writer.vec3(&[[0.0, 0.0, 1.0], [1.0, 0.0, -2.0], [0.0, 1.0, 3.0]]);
+    let mesh = writer.push("meshes", json!({ "primitives": [{ "attributes": { "POSITION": positions } }] }));
+    writer.push("nodes", json!({ "mesh": mesh, "scale": [1, 1, 0], "translation": [0, 0, 5] }));
+    let mut loaded = writer.good();
+    let view = frame(&mut loaded, 0.0);
+    assert!(view.report().left_out.is_empty() && loaded.notes.is_empty(), "{:?}", loaded.notes);
+    for side in [1.0, -1.0] {
+        let hit = view.closest_hit(&Ray::new([0.25, 0.25, 5.0 + side], [0.0, 0.0, -side])).expect("a hit");
+        assert!((hit.t - 1.0).abs() < 1e-5, "{}", hit.t);
+    }
+}

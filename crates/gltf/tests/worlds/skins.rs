@@ -125,6 +125,20 @@ fn weights_that_are_negative_or_not_finite_are_called_so_and_count_as_zero() {
 }
 
 #[test]
+fn joints_without_weights_are_noted() {
+    for attribute in ["JOINTS_0", "WEIGHTS_0"] {
+        let mut writer = bar();
+        let attributes = &mut writer.json["meshes"][0]["primitives"][0]["attributes"];
+        attributes.as_object_mut().expect("an object").remove(attribute);
+        let wanted = [
+            "node 1 has a skin, but its mesh has no joints",
+            "one of joints and weights without the other is ignored at mesh 0: nothing moves these vertices",
+        ];
+        assert_eq!(writer.good().notes, wanted);
+    }
+}
+
+#[test]
 fn broken_skins_are_errors() {
     let change = |change: &dyn Fn(&mut Writer)| {
         let mut writer = bar();
