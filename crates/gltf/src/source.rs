@@ -77,6 +77,10 @@ impl Source {
     }
 
     fn place<'a>(&self, uri: &'a str) -> Place<'a> {
+        // Data is large, and is decoded only once.
+        if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+            return Place::Uri(uri);
+        }
         match uri::resolve(uri) {
             Ok(Target::File(path)) => self.folder.join(path).canonicalize().map_or(Place::Uri(uri), Place::File),
             _ => Place::Uri(uri),
