@@ -10,8 +10,9 @@ use std::process::Command;
 use common::cube;
 use kinetree::{Action, MeshId, Motion, Scene, Threads};
 
-/// Instructions of a commit for a mesh of 12 triangles that is rebuilt, at most.
-const MOST: u64 = 12_000;
+/// Instructions of a commit for a mesh of 12 triangles that is rebuilt, at most. 49,755 were counted,
+/// after 265,766 with tables for every curve; the goal is 12,000.
+const MOST: u64 = 52_000;
 
 const MESHES: usize = 64;
 const COMMITS: &str = "SMALL_TREES_COMMITS";
@@ -35,8 +36,7 @@ fn instructions(commits: u64) -> Option<u64> {
 }
 
 #[test]
-#[ignore = "not reached yet: 49,755, after 265,766 with tables for every curve"]
-fn a_tree_of_twelve_triangles_takes_at_most_12_000_instructions() {
+fn a_tree_of_twelve_triangles_costs_no_more_than_it_did() {
     let (Some(few), Some(many)) = (instructions(10), instructions(30)) else {
         println!("SKIPPED: callgrind is not installed, or does not know this processor");
         return;
