@@ -70,7 +70,9 @@ fn clones_share_a_tree_that_was_baked() {
     let baked = mesh.clone().with_tree(&mesh.bake(&options)).unwrap();
     for motion in MOTIONS {
         let mut scene = Scene::new();
-        (0..3).for_each(|_| drop(shown(&mut scene, &baked, motion)));
+        for _ in 0..3 {
+            shown(&mut scene, &baked, motion);
+        }
         shown(&mut scene, &baked.clone().with_precision(Precision::Fast), motion);
         let view = scene.commit();
         assert_eq!(view.report().count(Action::Loaded), 4);
@@ -84,7 +86,9 @@ fn what_clones_share_is_counted_once() {
     let memory = |clones: usize| {
         let mesh = sphere(40, 60).with_normals(sphere(40, 60).positions()).unwrap();
         let mut scene = Scene::new();
-        (0..clones).for_each(|_| drop(shown(&mut scene, &mesh, Motion::Static)));
+        for _ in 0..clones {
+            shown(&mut scene, &mesh, Motion::Static);
+        }
         let _kept = mesh;
         scene.commit().report().memory
     };

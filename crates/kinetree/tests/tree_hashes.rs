@@ -132,7 +132,7 @@ fn hash_of_mesh(mesh: &Triangles, quality: Quality, threads: Threads) -> u64 {
 
 #[test]
 fn trees_are_those_whose_hashes_are_stored() {
-    for threads in [Threads::one(), Threads::shared()] {
+    for threads in [Threads::one(), Threads::default()] {
         let found: Vec<(&str, [u64; 4])> = TREES
             .iter()
             .zip(&meshes())

@@ -102,7 +102,7 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
             let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
             let t_max = isa.splat4(farthest);
             let lateral = isa.mul4(lateral, isa.splat4(LATERAL));
-            let error = distance_error(isa, (a, b, c), (lateral, size), determinant);
+            let error = distance_error(isa, [a, b, c], [lateral, size], determinant);
             let bound = isa.mul4(isa.abs4(sum), isa.splat4(MOST_DISTANCE_ERROR));
             let close = sure & isa.le4(error, bound) & isa.le4(bound, isa.splat4(f32::MAX));
             let mut unsure = possible & !close;
@@ -110,7 +110,7 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
                 let scale = isa.mul4(isa.splat4(UNIT_ROUNDOFF), self.t_scale);
                 let error = isa.mul4(isa.div4(error, isa.abs4(determinant)), scale);
                 let (nearest, farthest) = (isa.sub4(t, error), isa.add4(t, error));
-                // Without strictness: the bounds have room to spare.
+                // Where either is no number, it is not outside.
                 let outside = isa.le4(farthest, self.t_min) & !isa.le4(self.t_min, farthest)
                     | isa.le4(t_max, nearest) & !isa.le4(nearest, t_max);
                 unsure &= !(sure & outside);
@@ -164,8 +164,8 @@ fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> I::F4 {
 #[inline(always)]
 fn distance_error<I: Isa>(
     isa: I,
-    (a, b, c): ([I::F4; 3], [I::F4; 3], [I::F4; 3]),
-    (lateral, size): (I::F4, I::F4),
+    [a, b, c]: [[I::F4; 3]; 3],
+    [lateral, size]: [I::F4; 2],
     determinant: I::F4,
 ) -> I::F4 {
     let one = [isa.sub4(b[0], a[0]), isa.sub4(b[1], a[1]), isa.sub4(b[2], a[2])];

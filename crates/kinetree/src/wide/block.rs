@@ -124,7 +124,7 @@ impl TriangleBlock {
     /// A bit for each lane in use.
     #[inline(always)]
     pub(crate) fn lanes_in_use(&self) -> u8 {
-        0b1111 >> (BLOCK as u32 - self.count & 3)
+        0b1111 >> ((BLOCK as u32 - self.count) & 3)
     }
 
     /// Numbers of the triangles.

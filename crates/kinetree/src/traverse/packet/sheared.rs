@@ -151,7 +151,7 @@ impl ShearedPacket {
         let (mut close, mut unsure) = (sure, 0);
         if WATERTIGHT {
             let lateral = isa.mul16(lateral, isa.splat16(LATERAL));
-            let error = distance_error(isa, (&a, &b, &c), (lateral, size), determinant);
+            let error = distance_error(isa, [&a, &b, &c], [lateral, size], determinant);
             let bound = isa.mul16(isa.abs16(sum), isa.splat16(MOST_DISTANCE_ERROR));
             close &= isa.le16(error, bound) & isa.le16(bound, isa.splat16(f32::MAX));
             unsure = possible & !close;
@@ -185,8 +185,8 @@ fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> I::F16 {
 #[inline(always)]
 fn distance_error<I: Isa>(
     isa: I,
-    (a, b, c): (&[I::F16; 3], &[I::F16; 3], &[I::F16; 3]),
-    (lateral, size): (I::F16, I::F16),
+    [a, b, c]: [&[I::F16; 3]; 3],
+    [lateral, size]: [I::F16; 2],
     determinant: I::F16,
 ) -> I::F16 {
     let one = [isa.sub16(b[0], a[0]), isa.sub16(b[1], a[1]), isa.sub16(b[2], a[2])];
