@@ -66,8 +66,7 @@ fn towards(random: &mut Random, corners: [Point; 3], from: f64) -> Ray {
 }
 
 fn in_world(placement: &Affine, point: [f32; 3]) -> Point {
-    let [x, y, z, moved] =
-        [placement.x_axis, placement.y_axis, placement.z_axis, placement.translation].map(wide);
+    let [x, y, z, moved] = [placement.x_axis, placement.y_axis, placement.z_axis, placement.translation].map(wide);
     let p = wide(point);
     [0, 1, 2].map(|i| x[i] * p[0] + y[i] * p[1] + z[i] * p[2] + moved[i])
 }

@@ -48,8 +48,12 @@ struct Kinetree {
 
 impl Kinetree {
     fn mesh(&self, soup: &Soup) -> Result<Mesh, Failure> {
+        self.mesh_of(&soup.positions, &soup.triangles)
+    }
+
+    fn mesh_of(&self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Mesh, Failure> {
         let precision = if self.robust { Precision::Watertight } else { Precision::Fast };
-        Ok(Mesh::new(&soup.positions, &soup.triangles)?.with_quality(self.quality).with_precision(precision))
+        Ok(Mesh::new(positions, triangles)?.with_quality(self.quality).with_precision(precision))
     }
 }
 
@@ -75,7 +79,7 @@ impl Engine for Kinetree {
     }
 
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
-        Ok(Box::new(Ready { mesh: self.mesh(soup)?, scene: None }))
+        Ok(Box::new(Ready { setting: *self, mesh: self.mesh(soup)?, scene: None }))
     }
 
     fn refitter(&self, soup: &Soup, crew: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
@@ -105,13 +109,16 @@ fn scene_of(mesh: Mesh, motion: Motion) -> Result<(Scene, MeshId), Failure> {
 }
 
 struct Ready {
+    setting: Kinetree,
     mesh: Mesh,
     scene: Option<Scene>,
 }
 
 impl Prepared for Ready {
     fn renew(&mut self, _: &Crew) -> Result<(), Failure> {
-        self.scene = Some(scene_of(self.mesh.clone(), Motion::Static)?.0);
+        // A mesh of its own: clones share their first tree, and nothing would be built again.
+        let mesh = self.setting.mesh_of(self.mesh.positions(), self.mesh.triangles())?;
+        self.scene = Some(scene_of(mesh, Motion::Static)?.0);
         Ok(())
     }
 
@@ -273,5 +280,28 @@ impl Reference {
         let mut answers = vec![Answer::MISS; rays.len()];
         Tree::closest(&self.0, rays, &mut answers);
         refined(soup, rays, &answers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kinetree::Action;
+
+    use super::*;
+
+    #[test]
+    fn every_timed_build_builds() {
+        let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let setting = SETTINGS[1];
+        let mesh = setting.mesh_of(&triangle, &[[0, 1, 2]]).unwrap();
+        let mut ready = Ready { setting, mesh, scene: None };
+        let crew = Crew::new(1).unwrap();
+        let mut build = || {
+            ready.renew(&crew).unwrap();
+            ready.scene.take().expect("it has just been renewed").commit()
+        };
+        let (one, other) = (build(), build());
+        assert_eq!([one.report().count(Action::Built), other.report().count(Action::Built)], [1, 1]);
+        assert!(!std::ptr::eq(one.instance_at(0).bvh(), other.instance_at(0).bvh()));
     }
 }
