@@ -139,8 +139,8 @@ pub(crate) const EDGE_BY_SIZE: f32 = 16.0 * UNIT_ROUNDOFF * EDGE_ERROR;
 /// What leads back to the lateral size itself.
 pub(crate) const LATERAL: f32 = 1.0 / EDGE_ERROR;
 
-/// By how many extents the depth of any corner exceeds that of the first, and the lateral size the
-/// stray of a corner, at most.
+/// The depth of any corner is at most the depth of the first plus this many extents of the triangle;
+/// so is its distance across the ray.
 pub(crate) const REACH: f32 = 2.0;
 
 /// What is added to that, far above what products can lose when they are denormal.
