@@ -74,7 +74,7 @@ impl Work<'_> {
         let Opened { name, world, notes, load_time, first_commit, has_default_lighting, .. } = &self.opened;
         let [width, height] = self.args.size;
         Ok(Summary {
-            scene: SceneFigures::of(name, world.motion.duration(), &last, *has_default_lighting, notes),
+            scene: SceneFigures::of(name, world.animation.duration(), &last, *has_default_lighting, notes),
             width,
             height,
             samples_per_pixel: self.args.spp,

@@ -36,7 +36,7 @@ pub(crate) struct Summary {
 #[derive(Debug, Serialize)]
 pub(crate) struct SceneFigures {
     pub(crate) name: String,
-    /// Seconds after which the motion begins again; 0 when nothing moves.
+    /// Seconds after which the animation begins again; 0 when nothing moves.
     pub(crate) duration_s: f64,
     pub(crate) meshes: usize,
     /// Each mesh counted once.

@@ -388,7 +388,7 @@ impl<'a> Assembly<'a> {
     /// The world, at its first moment.
     fn finish(mut self) -> Result<World, Problem> {
         let still = self.player.movers.is_empty() && self.player.bodies.is_empty();
-        let motion: Box<dyn Animation> = if still {
+        let animation: Box<dyn Animation> = if still {
             Box::new(Still)
         } else {
             let first = self.player.go_to(&mut self.scene, 0.0);
@@ -397,7 +397,7 @@ impl<'a> Assembly<'a> {
         };
         (self.look.materials, self.look.textures) = self.materials.into_look();
         let Self { scene, look, lights, cameras, .. } = self;
-        Ok(World { scene, look: Arc::new(look), lights, cameras, motion })
+        Ok(World { scene, look: Arc::new(look), lights, cameras, animation })
     }
 }
 

@@ -108,8 +108,8 @@ fn build(seed: u64) -> Result<World, EditError> {
     let panning = Panning::new(stage.scene.add_node(stage.scene.root(), Affine::IDENTITY)?, &ground);
     let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node], &panning);
     let lights = vec![LightSource { node: None, light: sun() }];
-    let motion = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
-    Ok(World { scene: stage.scene, look: Arc::new(stage.look), lights, cameras, motion })
+    let animation = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
+    Ok(World { scene: stage.scene, look: Arc::new(stage.look), lights, cameras, animation })
 }
 
 /// Where flags wave: x, z.

@@ -63,7 +63,7 @@ fn a_frame_depends_on_its_time_alone() {
 #[test]
 fn the_race_begins_again_without_a_seam() {
     let mut race = world(SEED);
-    let duration = race.motion.duration();
+    let duration = race.animation.duration();
     assert!(duration > 0.0);
     let first = frame(&mut race, 1.25);
     assert_eq!(fingerprint(&first.view), fingerprint(&frame(&mut race, 1.25 + duration).view));

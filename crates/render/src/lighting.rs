@@ -55,7 +55,7 @@ fn looks_dark(frame: &Frame, camera: &Camera) -> bool {
 /// look they were made with.
 ///
 /// # Errors
-/// An edit of the motion that the scene refused.
+/// An edit of the animation that the scene refused.
 pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
     let frame = world.frame(0.0)?;
     let source = world.cameras.first().cloned();

@@ -8,7 +8,7 @@ use crate::{Camera, Light, Look};
 
 /// A scene that can be asked for a frame at any time.
 pub struct World {
-    /// The geometry, which `motion` edits.
+    /// The geometry, which `animation` edits.
     pub scene: Scene,
     /// What it looks like. The user id of an instance is an index into [`Look::surfaces`].
     pub look: Arc<Look>,
@@ -17,7 +17,7 @@ pub struct World {
     /// In the order of the file; the first is the default.
     pub cameras: Vec<CameraSource>,
     /// How it moves.
-    pub motion: Box<dyn Animation>,
+    pub animation: Box<dyn Animation>,
 }
 
 /// What changes a scene from frame to frame.
@@ -28,7 +28,7 @@ pub trait Animation: Send {
     /// An edit that the scene refused; what was edited before stays edited.
     fn go_to(&mut self, scene: &mut Scene, seconds: f64) -> Result<(), EditError>;
 
-    /// Seconds after which the motion begins again; 0 when nothing moves.
+    /// Seconds after which the animation begins again; 0 when nothing moves.
     fn duration(&self) -> f64;
 }
 
@@ -82,9 +82,9 @@ impl World {
     /// The world at a time, in seconds.
     ///
     /// # Errors
-    /// An edit of the motion that the scene refused.
+    /// An edit of the animation that the scene refused.
     pub fn frame(&mut self, seconds: f64) -> Result<Frame, EditError> {
-        self.motion.go_to(&mut self.scene, seconds)?;
+        self.animation.go_to(&mut self.scene, seconds)?;
         let lights = self
             .lights
             .iter()

@@ -210,7 +210,7 @@ fn world(material: Material, sky: Sky) -> World {
     let mesh = scene.add_mesh(mesh, Motion::Static).expect("a mesh fits");
     scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
     let look = Look { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..Look::default() };
-    World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), motion: Box::new(Still) }
+    World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), animation: Box::new(Still) }
 }
 
 #[test]

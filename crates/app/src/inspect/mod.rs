@@ -24,7 +24,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }
     let frame = opened.frame(args.time)?;
-    let duration = opened.world.motion.duration();
+    let duration = opened.world.animation.duration();
     let meshes = meshes(&frame.view, &opened.world.scene);
     let inspection = Inspection {
         scene: SceneFigures::of(&opened.name, duration, &frame, opened.has_default_lighting, &opened.notes),

@@ -86,8 +86,9 @@ fn a_clip_is_chosen_by_place_or_by_name() {
             "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }] })
     };
     let writer = writer.with(json!({ "animations": [clip("walk", short), clip("run", long)] }));
-    let duration =
-        |clip| writer.load_with(&Options { clip, ..Options::default() }).map(|loaded| loaded.world.motion.duration());
+    let duration = |clip| {
+        writer.load_with(&Options { clip, ..Options::default() }).map(|loaded| loaded.world.animation.duration())
+    };
     assert_eq!(duration(Clip::default()).ok(), Some(1.0));
     assert_eq!(duration(Clip::Index(1)).ok(), Some(2.0));
     assert_eq!(duration(Clip::Name("run".into())).ok(), Some(2.0));
@@ -96,5 +97,5 @@ fn a_clip_is_chosen_by_place_or_by_name() {
         assert!(text.contains("has no animation") && text.ends_with("it has 2: 0 \"walk\", 1 \"run\""), "{text}");
     }
     assert!(triangle().load_with(&Options { clip: Clip::Index(1), ..Options::default() }).is_err());
-    assert_eq!(triangle().good().world.motion.duration(), 0.0);
+    assert_eq!(triangle().good().world.animation.duration(), 0.0);
 }

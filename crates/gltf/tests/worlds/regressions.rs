@@ -251,7 +251,7 @@ fn animations_of_different_things_play_together_and_are_named() {
     let (places, played, loaded) = at(&Options::default(), 0.5);
     assert_near(&places, &[[-5.0, 2.0, 0.0], [5.0, 4.0, 0.0]], "both move");
     assert_eq!(played, [true, true, false]);
-    assert_eq!(loaded.world.motion.duration(), 2.0);
+    assert_eq!(loaded.world.animation.duration(), 2.0);
     let names: Vec<_> = loaded.clips.iter().map(|clip| clip.name.as_deref()).collect();
     assert_eq!(names, [Some("leftAction"), Some("rightAction"), Some("push")]);
     let note =

@@ -35,7 +35,7 @@ fn check(path: &Path, unique: usize, flat: usize, instances: usize) {
     let start = Instant::now();
     let mut loaded = load(path).unwrap_or_else(|error| panic!("{error}"));
     let load_time = start.elapsed();
-    let duration = loaded.world.motion.duration();
+    let duration = loaded.world.animation.duration();
     let mut complete_frames = 0;
     for i in 0..4 {
         let view = frame(&mut loaded, duration * f64::from(i) / 4.0 + 0.01);
