@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use kinetree::{Affine, EditError, Mesh, MeshId, Motion, NodeId, Scene};
-use kinetree_render::{Animation, CameraSource, LightSource, Look, Still, Surface, World};
+use kinetree_render::{Animation, CameraSource, LightSource, Look, NoAnimation, Surface, World};
 
 use crate::budget::Budget;
 use crate::clip::Clip;
@@ -389,7 +389,7 @@ impl<'a> Assembly<'a> {
     fn finish(mut self) -> Result<World, Problem> {
         let still = self.player.movers.is_empty() && self.player.bodies.is_empty();
         let animation: Box<dyn Animation> = if still {
-            Box::new(Still)
+            Box::new(NoAnimation)
         } else {
             let first = self.player.go_to(&mut self.scene, 0.0);
             first.map_err(refused(&Item::new("the first moment of animation", 0)))?;

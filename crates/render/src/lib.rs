@@ -71,4 +71,4 @@ pub use sampler::Sampler;
 pub use stage::{Stage, Tracer};
 pub use texture::{Filter, Texture, Wrap};
 pub use tonemap::{automatic_exposure, develop, encode};
-pub use world::{Animation, CameraSource, Frame, LightSource, Still, World};
+pub use world::{Animation, CameraSource, Frame, LightSource, NoAnimation, World};

@@ -33,9 +33,9 @@ pub trait Animation: Send {
 }
 
 /// Nothing moves.
-pub struct Still;
+pub struct NoAnimation;
 
-impl Animation for Still {
+impl Animation for NoAnimation {
     fn go_to(&mut self, _: &mut Scene, _: f64) -> Result<(), EditError> {
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{Model, Shape, picture, placed, settings};
 use kinetree::{Affine, Mesh, Motion, Ray, Scene};
 use kinetree_render::{
-    Camera, Frame, IntegratorKind, Light, Look, Material, Sky, Still, Surface, World, daylight, default_camera,
+    Camera, Frame, IntegratorKind, Light, Look, Material, NoAnimation, Sky, Surface, World, daylight, default_camera,
     default_lighting, is_dark, metered_exposure,
 };
 
@@ -210,7 +210,7 @@ fn world(material: Material, sky: Sky) -> World {
     let mesh = scene.add_mesh(mesh, Motion::Static).expect("a mesh fits");
     scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
     let look = Look { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..Look::default() };
-    World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), animation: Box::new(Still) }
+    World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), animation: Box::new(NoAnimation) }
 }
 
 #[test]
