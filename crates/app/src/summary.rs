@@ -4,7 +4,7 @@
 use std::fmt;
 
 use kinetree::FrameReport;
-use kinetree_render::{Camera, Frame, Look};
+use kinetree_render::{Camera, Frame, MaterialSet};
 use serde::Serialize;
 
 use crate::figures::{self, bytes, count};
@@ -139,7 +139,7 @@ impl SceneFigures {
 }
 
 impl MemoryFigures {
-    pub(crate) fn of(report: &FrameReport, look: &Look) -> Self {
+    pub(crate) fn of(report: &FrameReport, look: &MaterialSet) -> Self {
         Self {
             scene: report.memory as u64,
             textures: look.textures.iter().map(|texture| size_of_val(texture.texels.as_slice()) as u64).sum(),

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use kinetree::{Affine, EditError, Mesh, MeshId, Motion, NodeId, Scene};
-use kinetree_render::{Animation, CameraSource, LightSource, Look, NoAnimation, Surface, World};
+use kinetree_render::{Animation, CameraSource, LightSource, MaterialSet, NoAnimation, Surface, World};
 
 use crate::budget::Budget;
 use crate::clip::Clip;
@@ -63,7 +63,7 @@ struct Assembly<'a> {
     parts: Parts<'a>,
     materials: Materials<'a>,
     scene: Scene,
-    look: Look,
+    look: MaterialSet,
     lights: Vec<LightSource>,
     cameras: Vec<CameraSource>,
     player: Player,
@@ -87,7 +87,7 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
         parts,
         materials,
         scene: Scene::new(),
-        look: Look::default(),
+        look: MaterialSet::default(),
         lights: Vec::new(),
         cameras: Vec::new(),
         player,

@@ -58,7 +58,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
 use kinetree::{Affine, EditError, Motion, Scene};
-use kinetree_render::{Light, LightSource, Look, Sky, World};
+use kinetree_render::{Light, LightSource, MaterialSet, Sky, World};
 
 use animation::Race;
 use cameras::Panning;
@@ -77,7 +77,7 @@ pub fn world(seed: u64) -> World {
 }
 
 fn build(seed: u64) -> Result<World, EditError> {
-    let mut look = Look { sky: SKY, ..Look::default() };
+    let mut look = MaterialSet { sky: SKY, ..MaterialSet::default() };
     let palette = Palette::new(seed, &mut look);
     let mut stage = Stage { scene: Scene::new(), look };
     let driving = Driving::new();

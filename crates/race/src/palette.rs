@@ -1,10 +1,10 @@
 //! The materials of the race, by name.
 
-use kinetree_render::{Alpha, Look, Material, Scatter, Texture, TextureRef};
+use kinetree_render::{Alpha, Material, MaterialSet, Scatter, Texture, TextureRef};
 
 use crate::textures;
 
-/// Indices into [`Look::materials`]. Colours come from the vertices where nothing else is said.
+/// Indices into [`MaterialSet::materials`]. Colours come from the vertices where nothing else is said.
 pub(crate) struct Palette {
     /// Diffuse, coloured by the vertices: most things.
     pub(crate) paint: u32,
@@ -38,7 +38,7 @@ pub(crate) struct Palette {
 
 impl Palette {
     /// Paints the textures and adds all materials to a look.
-    pub(crate) fn new(seed: u64, look: &mut Look) -> Self {
+    pub(crate) fn new(seed: u64, look: &mut MaterialSet) -> Self {
         let mut add = |material: Material| {
             look.materials.push(material);
             look.materials.len() as u32 - 1

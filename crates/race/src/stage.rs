@@ -2,21 +2,21 @@
 
 use glam::Affine3A;
 use kinetree::{Affine, EditError, InstanceId, Mesh, MeshId, Motion, NodeId, Scene};
-use kinetree_render::{Alpha, Look, Surface};
+use kinetree_render::{Alpha, MaterialSet, Surface};
 
 use crate::meshing::Sketch;
 
 /// A scene and its look in the making.
 pub(crate) struct Stage {
     pub(crate) scene: Scene,
-    pub(crate) look: Look,
+    pub(crate) look: MaterialSet,
 }
 
 /// A mesh that is in the scene, and what it wears: ready to be put up any number of times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prop {
     pub(crate) mesh: MeshId,
-    /// Index into [`Look::surfaces`].
+    /// Index into [`MaterialSet::surfaces`].
     surface: u32,
     /// No part of it is masked or translucent.
     opaque: bool,

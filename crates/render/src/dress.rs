@@ -7,7 +7,7 @@ use kinetree::InstanceView;
 
 use crate::color::{bounded, cleaned, reflectance};
 use crate::sampler::{combine, unit_hash};
-use crate::{Alpha, Look, Material, Texture, TextureRef};
+use crate::{Alpha, Material, MaterialSet, Texture, TextureRef};
 
 /// What is worn where nothing is given.
 static WHITE: LazyLock<Material> = LazyLock::new(Material::default);
@@ -25,7 +25,7 @@ pub(crate) struct Dress<'a> {
 
 impl<'a> Dress<'a> {
     /// The place with weights `u` and `v` of the second and third corner.
-    pub(crate) fn at(look: &'a Look, instance: &InstanceView<'_>, primitive: u32, [u, v]: [f32; 2]) -> Self {
+    pub(crate) fn at(look: &'a MaterialSet, instance: &InstanceView<'_>, primitive: u32, [u, v]: [f32; 2]) -> Self {
         let material = Self::material_at(look, instance, primitive);
         let mut dress = Self { textures: &look.textures, material, uv: [0.0; 2], tint: Vec4::ONE };
         let Some(surface) = look.surfaces.get(instance.user_id() as usize) else { return dress };
@@ -41,7 +41,7 @@ impl<'a> Dress<'a> {
     }
 
     /// What a triangle is made of.
-    pub(crate) fn material_at(look: &'a Look, instance: &InstanceView<'_>, primitive: u32) -> &'a Material {
+    pub(crate) fn material_at(look: &'a MaterialSet, instance: &InstanceView<'_>, primitive: u32) -> &'a Material {
         let surface = look.surfaces.get(instance.user_id() as usize);
         let material = surface.and_then(|surface| surface.material_of(primitive));
         material.and_then(|id| look.materials.get(id as usize)).unwrap_or(&WHITE)

@@ -1,7 +1,7 @@
 //! What a scene looks like: materials, textures, and which triangle wears which.
 //!
-//! A [`Look`] is made once, when a world is loaded. An instance points into it with its user id:
-//! `user_id` is an index into [`Look::surfaces`], and a surface says for every triangle of the mesh
+//! A [`MaterialSet`] is made once, when a world is loaded. An instance points into it with its user id:
+//! `user_id` is an index into [`MaterialSet::surfaces`], and a surface says for every triangle of the mesh
 //! which material it has. Meshes of the same look may move as they like.
 
 use std::fmt;
@@ -10,7 +10,7 @@ use crate::texture::Texture;
 
 /// Everything that shading needs and that does not change from frame to frame.
 #[derive(Debug, Default, Clone)]
-pub struct Look {
+pub struct MaterialSet {
     /// Indexed by [`Part::material`].
     pub materials: Vec<Material>,
     /// Indexed by [`TextureRef::texture`].
@@ -49,7 +49,7 @@ impl fmt::Debug for Surface {
 pub struct Part {
     /// The run goes from this triangle to the next part's first.
     pub first_triangle: u32,
-    /// Index into [`Look::materials`].
+    /// Index into [`MaterialSet::materials`].
     pub material: u32,
 }
 
@@ -158,7 +158,7 @@ pub enum Alpha {
 /// A texture as a material uses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TextureRef {
-    /// Index into [`Look::textures`].
+    /// Index into [`MaterialSet::textures`].
     pub texture: u32,
     /// Texture coordinates are `scale * uv`, turned by `rotation`, plus `offset` (KHR_texture_transform).
     pub scale: [f32; 2],

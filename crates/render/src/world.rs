@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use kinetree::{Affine, EditError, NodeId, Scene, Snapshot};
 
-use crate::{Camera, Light, Look};
+use crate::{Camera, Light, MaterialSet};
 
 /// A scene that can be asked for a frame at any time.
 pub struct World {
     /// The geometry, which `animation` edits.
     pub scene: Scene,
-    /// What it looks like. The user id of an instance is an index into [`Look::surfaces`].
-    pub look: Arc<Look>,
+    /// What it looks like. The user id of an instance is an index into [`MaterialSet::surfaces`].
+    pub look: Arc<MaterialSet>,
     /// Lights that are no surfaces.
     pub lights: Vec<LightSource>,
     /// In the order of the file; the first is the default.
@@ -71,7 +71,7 @@ pub struct Frame {
     /// The geometry.
     pub view: Snapshot,
     /// What it looks like.
-    pub look: Arc<Look>,
+    pub look: Arc<MaterialSet>,
     /// World space.
     pub lights: Vec<Light>,
     /// Seconds.

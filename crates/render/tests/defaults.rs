@@ -7,8 +7,8 @@ use std::sync::Arc;
 use common::{Model, Shape, picture, placed, settings};
 use kinetree::{Affine, Mesh, Motion, Ray, Scene};
 use kinetree_render::{
-    Camera, Frame, IntegratorKind, Light, Look, Material, NoAnimation, Sky, Surface, World, daylight, default_camera,
-    default_lighting, is_dark, metered_exposure,
+    Camera, Frame, IntegratorKind, Light, Material, MaterialSet, NoAnimation, Sky, Surface, World, daylight,
+    default_camera, default_lighting, is_dark, metered_exposure,
 };
 
 fn grey() -> Material {
@@ -209,7 +209,7 @@ fn world(material: Material, sky: Sky) -> World {
     let mesh = Mesh::new(&shape.positions, &shape.triangles).expect("a good mesh");
     let mesh = scene.add_mesh(mesh, Motion::Static).expect("a mesh fits");
     scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
-    let look = Look { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..Look::default() };
+    let look = MaterialSet { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..MaterialSet::default() };
     World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), animation: Box::new(NoAnimation) }
 }
 

@@ -5,7 +5,9 @@ use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
 use kinetree::{Affine, Mesh, Motion, Scene};
-use kinetree_render::{Camera, Frame, IntegratorKind, Light, Look, Material, Rendered, Settings, Sky, Surface, render};
+use kinetree_render::{
+    Camera, Frame, IntegratorKind, Light, Material, MaterialSet, Rendered, Settings, Sky, Surface, render,
+};
 
 /// Triangles with texture coordinates.
 #[derive(Clone, Default)]
@@ -95,13 +97,13 @@ impl Shape {
 #[derive(Default)]
 pub(crate) struct Model {
     scene: Option<Scene>,
-    pub(crate) look: Look,
+    pub(crate) look: MaterialSet,
     pub(crate) lights: Vec<Light>,
 }
 
 impl Model {
     pub(crate) fn under(sky: f32) -> Self {
-        let look = Look { sky: Sky::Constant([sky; 3]), ..Look::default() };
+        let look = MaterialSet { sky: Sky::Constant([sky; 3]), ..MaterialSet::default() };
         Self { look, ..Self::default() }
     }
 
