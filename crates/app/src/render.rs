@@ -84,7 +84,7 @@ impl Work<'_> {
             load_ms: millis(*load_time),
             first_commit: CommitFigures::of(first_commit),
             total: Total::of(&frames),
-            memory: MemoryFigures::of(last.view.report(), &last.look),
+            memory: MemoryFigures::of(last.view.report(), &last.material_set),
             frames,
             report: last.view.report().clone(),
         })

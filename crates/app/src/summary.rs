@@ -139,10 +139,10 @@ impl SceneFigures {
 }
 
 impl MemoryFigures {
-    pub(crate) fn of(report: &FrameReport, look: &MaterialSet) -> Self {
+    pub(crate) fn of(report: &FrameReport, material_set: &MaterialSet) -> Self {
         Self {
             scene: report.memory as u64,
-            textures: look.textures.iter().map(|texture| size_of_val(texture.texels.as_slice()) as u64).sum(),
+            textures: material_set.textures.iter().map(|texture| size_of_val(texture.texels.as_slice()) as u64).sum(),
             process_peak: memory::process_peak(),
         }
     }

@@ -63,7 +63,7 @@ struct Assembly<'a> {
     parts: Parts<'a>,
     materials: Materials<'a>,
     scene: Scene,
-    look: MaterialSet,
+    material_set: MaterialSet,
     lights: Vec<LightSource>,
     cameras: Vec<CameraSource>,
     player: Player,
@@ -87,7 +87,7 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
         parts,
         materials,
         scene: Scene::new(),
-        look: MaterialSet::default(),
+        material_set: MaterialSet::default(),
         lights: Vec::new(),
         cameras: Vec::new(),
         player,
@@ -146,8 +146,8 @@ impl<'a> Assembly<'a> {
             let shape = geometry.map(|mut geometry| {
                 let surface = std::mem::take(&mut geometry.surface);
                 let opaque = !has_holes(&surface, &self.materials);
-                self.look.surfaces.push(surface);
-                let surface = self.look.surfaces.len() as u32 - 1;
+                self.material_set.surfaces.push(surface);
+                let surface = self.material_set.surfaces.len() as u32 - 1;
                 Shape { geometry, surface, opaque, rigid: None, models: HashMap::new() }
             });
             self.shapes.push(shape);
@@ -395,9 +395,9 @@ impl<'a> Assembly<'a> {
             first.map_err(refused(&Item::new("the first moment of animation", 0)))?;
             Box::new(self.player)
         };
-        (self.look.materials, self.look.textures) = self.materials.into_look();
-        let Self { scene, look, lights, cameras, .. } = self;
-        Ok(World { scene, look: Arc::new(look), lights, cameras, animation })
+        (self.material_set.materials, self.material_set.textures) = self.materials.into_look();
+        let Self { scene, material_set, lights, cameras, .. } = self;
+        Ok(World { scene, material_set: Arc::new(material_set), lights, cameras, animation })
     }
 }
 

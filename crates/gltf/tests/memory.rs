@@ -165,7 +165,7 @@ fn an_image_takes_four_bytes_a_pixel_while_it_is_decoded_and_after() {
         let kind = image.color();
         drop(image);
         let (loaded, most, held) = counted(&path, &Options::default());
-        assert_eq!(loaded.expect("a good scene").world.look.textures[0].texels.len(), PIXELS);
+        assert_eq!(loaded.expect("a good scene").world.material_set.textures[0].texels.len(), PIXELS);
         // The file is held while it is read, by a decoder of JPEG twice; a decoder needs some rows and tables.
         let (allowed, kept) = (4 * PIXELS + 2 * file + (1 << 19), 4 * PIXELS + (1 << 16));
         println!("{kind:?} {format:?}: {most} bytes, then {held}, for {PIXELS} pixels and a file of {file} bytes");
@@ -182,7 +182,7 @@ fn an_image_beyond_the_bound_is_not_decoded() {
     for (max_texture_bytes, textures) in [(bytes, 1), (bytes - 1, 0), (0, 0)] {
         let (loaded, most, _) = counted(&path, &Options { max_texture_bytes, ..Options::default() });
         let loaded = loaded.expect("a scene, with or without its texture");
-        assert_eq!((loaded.world.look.textures.len(), loaded.notes.len()), (textures, 1 - textures));
+        assert_eq!((loaded.world.material_set.textures.len(), loaded.notes.len()), (textures, 1 - textures));
         assert!(textures == 1 || most < 1 << 18, "{most} bytes");
         let note = format!("image 0 needs {bytes} bytes, where textures may take {max_texture_bytes} more");
         assert!(loaded.notes.iter().all(|line| line.starts_with(&note)), "{:?}", loaded.notes);

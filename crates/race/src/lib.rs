@@ -77,9 +77,9 @@ pub fn world(seed: u64) -> World {
 }
 
 fn build(seed: u64) -> Result<World, EditError> {
-    let mut look = MaterialSet { sky: SKY, ..MaterialSet::default() };
-    let palette = Palette::new(seed, &mut look);
-    let mut stage = Stage { scene: Scene::new(), look };
+    let mut material_set = MaterialSet { sky: SKY, ..MaterialSet::default() };
+    let palette = Palette::new(seed, &mut material_set);
+    let mut stage = Stage { scene: Scene::new(), material_set };
     let driving = Driving::new();
     let track = driving.track();
     let ground = Ground::new(seed, track);
@@ -109,7 +109,7 @@ fn build(seed: u64) -> Result<World, EditError> {
     let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node], &panning);
     let lights = vec![LightSource { node: None, light: sun() }];
     let animation = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
-    Ok(World { scene: stage.scene, look: Arc::new(stage.look), lights, cameras, animation })
+    Ok(World { scene: stage.scene, material_set: Arc::new(stage.material_set), lights, cameras, animation })
 }
 
 /// Where flags wave: x, z.

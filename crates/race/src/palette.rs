@@ -38,10 +38,10 @@ pub(crate) struct Palette {
 
 impl Palette {
     /// Paints the textures and adds all materials to a look.
-    pub(crate) fn new(seed: u64, look: &mut MaterialSet) -> Self {
+    pub(crate) fn new(seed: u64, material_set: &mut MaterialSet) -> Self {
         let mut add = |material: Material| {
-            look.materials.push(material);
-            look.materials.len() as u32 - 1
+            material_set.materials.push(material);
+            material_set.materials.len() as u32 - 1
         };
         let mut textures = Vec::new();
         let mut image = |texture: Texture| {
@@ -84,7 +84,7 @@ impl Palette {
             liveries: [("7", [248, 176, 6, 255], [22, 22, 26, 255]), ("23", [18, 70, 176, 255], [255, 150, 20, 255])]
                 .map(|(number, paint, stripe)| add(textured(image(textures::livery(number, paint, stripe, [250; 4]))))),
         };
-        look.textures = textures;
+        material_set.textures = textures;
         palette
     }
 }

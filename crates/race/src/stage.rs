@@ -9,7 +9,7 @@ use crate::meshing::Sketch;
 /// A scene and its look in the making.
 pub(crate) struct Stage {
     pub(crate) scene: Scene,
-    pub(crate) look: MaterialSet,
+    pub(crate) material_set: MaterialSet,
 }
 
 /// A mesh that is in the scene, and what it wears: ready to be put up any number of times.
@@ -37,10 +37,10 @@ impl Stage {
 
     /// A mesh that is there already, in other clothes.
     pub(crate) fn again(&mut self, mesh: MeshId, surface: Surface) -> Prop {
-        let materials = &self.look.materials;
+        let materials = &self.material_set.materials;
         let opaque = surface.parts.iter().all(|part| materials[part.material as usize].alpha == Alpha::Opaque);
-        self.look.surfaces.push(surface);
-        Prop { mesh, surface: self.look.surfaces.len() as u32 - 1, opaque }
+        self.material_set.surfaces.push(surface);
+        Prop { mesh, surface: self.material_set.surfaces.len() as u32 - 1, opaque }
     }
 
     /// Puts up an instance in the space of a node.

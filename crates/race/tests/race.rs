@@ -160,21 +160,23 @@ fn every_surface_fits_its_mesh() {
     let mut race = world(SEED);
     for seconds in [0.0, 7.0, 13.0] {
         let frame = frame(&mut race, seconds);
-        let look = &frame.look;
+        let material_set = &frame.material_set;
         for instance in frame.view.instances() {
-            let surface = &look.surfaces[instance.user_id() as usize];
+            let surface = &material_set.surfaces[instance.user_id() as usize];
             let vertices = instance.positions().len();
             if vertices > 0 {
                 assert!(surface.uvs.len() == vertices && surface.colors.len() == vertices);
             }
             assert_eq!(surface.parts[0].first_triangle, 0);
             assert!(surface.parts.windows(2).all(|pair| pair[0].first_triangle < pair[1].first_triangle));
-            assert!(surface.parts.iter().all(|part| (part.material as usize) < look.materials.len()));
+            assert!(surface.parts.iter().all(|part| (part.material as usize) < material_set.materials.len()));
         }
-        for material in &look.materials {
-            assert!(material.base_color_texture.is_none_or(|image| (image.texture as usize) < look.textures.len()));
+        for material in &material_set.materials {
+            assert!(
+                material.base_color_texture.is_none_or(|image| (image.texture as usize) < material_set.textures.len())
+            );
         }
-        for texture in &look.textures {
+        for texture in &material_set.textures {
             assert_eq!(texture.texels.len(), (texture.width * texture.height) as usize);
         }
     }

@@ -25,10 +25,15 @@ pub(crate) struct Dress<'a> {
 
 impl<'a> Dress<'a> {
     /// The place with weights `u` and `v` of the second and third corner.
-    pub(crate) fn at(look: &'a MaterialSet, instance: &InstanceView<'_>, primitive: u32, [u, v]: [f32; 2]) -> Self {
-        let material = Self::material_at(look, instance, primitive);
-        let mut dress = Self { textures: &look.textures, material, uv: [0.0; 2], tint: Vec4::ONE };
-        let Some(surface) = look.surfaces.get(instance.user_id() as usize) else { return dress };
+    pub(crate) fn at(
+        material_set: &'a MaterialSet,
+        instance: &InstanceView<'_>,
+        primitive: u32,
+        [u, v]: [f32; 2],
+    ) -> Self {
+        let material = Self::material_at(material_set, instance, primitive);
+        let mut dress = Self { textures: &material_set.textures, material, uv: [0.0; 2], tint: Vec4::ONE };
+        let Some(surface) = material_set.surfaces.get(instance.user_id() as usize) else { return dress };
         let corners = instance.triangles()[primitive as usize].map(|vertex| vertex as usize);
         let weights = [1.0 - u - v, u, v];
         if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.uvs.get(vertex)) {
@@ -41,10 +46,14 @@ impl<'a> Dress<'a> {
     }
 
     /// What a triangle is made of.
-    pub(crate) fn material_at(look: &'a MaterialSet, instance: &InstanceView<'_>, primitive: u32) -> &'a Material {
-        let surface = look.surfaces.get(instance.user_id() as usize);
+    pub(crate) fn material_at(
+        material_set: &'a MaterialSet,
+        instance: &InstanceView<'_>,
+        primitive: u32,
+    ) -> &'a Material {
+        let surface = material_set.surfaces.get(instance.user_id() as usize);
         let material = surface.and_then(|surface| surface.material_of(primitive));
-        material.and_then(|id| look.materials.get(id as usize)).unwrap_or(&WHITE)
+        material.and_then(|id| material_set.materials.get(id as usize)).unwrap_or(&WHITE)
     }
 
     fn texture(&self, reference: &Option<TextureRef>) -> Vec4 {

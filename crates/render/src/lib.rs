@@ -12,7 +12,7 @@
 //! let mesh = scene.add_mesh(triangle, Motion::Static)?;
 //! scene.add_instance(scene.root(), mesh, Affine::IDENTITY)?;
 //! let sun = Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [3.0; 3], angle: 0.0 };
-//! let frame = Frame { view: scene.commit(), look: MaterialSet::default().into(), lights: vec![sun], time: 0.0 };
+//! let frame = Frame { view: scene.commit(), material_set: MaterialSet::default().into(), lights: vec![sun], time: 0.0 };
 //! let camera = Camera::look_at([0.0, 0.5, 3.0], [0.0, 0.5, 0.0], 0.9);
 //! let settings = Settings { width: 32, height: 24, spp: 4, ..Settings::default() };
 //! let picture = render(&frame, &camera, &settings, &|_| std::ops::ControlFlow::Continue(()))?;
@@ -43,7 +43,7 @@ mod integrate;
 mod light;
 mod lighting;
 mod lights;
-mod look;
+mod materials;
 mod metering;
 mod panes;
 mod render;
@@ -64,7 +64,7 @@ pub use integrate::{
 };
 pub use light::Light;
 pub use lighting::{daylight, default_lighting, is_dark};
-pub use look::{Alpha, Material, MaterialSet, Part, Scatter, Sky, Surface, TextureRef};
+pub use materials::{Alpha, Material, MaterialSet, Part, Scatter, Sky, Surface, TextureRef};
 pub use metering::metered_exposure;
 pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings, render, render_with};
 pub use sampler::Sampler;

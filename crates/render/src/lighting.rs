@@ -68,7 +68,7 @@ pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
     }
     drop(frame);
     let (sky, sun) = daylight();
-    let own_sky = std::mem::replace(&mut Arc::make_mut(&mut world.look).sky, sky);
+    let own_sky = std::mem::replace(&mut Arc::make_mut(&mut world.material_set).sky, sky);
     world.lights.push(LightSource { node: None, light: sun });
     let frame = world.frame(0.0)?;
     if looks_dark(&frame, &camera) && !is_empty(&frame) {
@@ -79,7 +79,7 @@ pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
             None => LightSource { node: None, light: lamp(camera.position()) },
         });
         drop(frame);
-        Arc::make_mut(&mut world.look).sky = own_sky;
+        Arc::make_mut(&mut world.material_set).sky = own_sky;
     }
     Ok(true)
 }

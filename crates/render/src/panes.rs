@@ -20,14 +20,14 @@ pub(crate) struct Panes {
 impl Panes {
     /// Those of all instances; takes time in proportion to the triangles of instances that have any.
     pub(crate) fn new(frame: &Frame) -> Self {
-        let materials = &frame.look.materials;
+        let materials = &frame.material_set.materials;
         let is_pane = |material: Option<u32>| {
             let material = material.and_then(|id| materials.get(id as usize));
             material.is_some_and(|material| matches!(material.scatter, Scatter::ThinDielectric { .. }))
         };
         let mut boxes = Vec::new();
         for instance in frame.view.instances() {
-            let Some(surface) = frame.look.surfaces.get(instance.user_id() as usize) else { continue };
+            let Some(surface) = frame.material_set.surfaces.get(instance.user_id() as usize) else { continue };
             if !surface.parts.iter().any(|part| is_pane(Some(part.material))) {
                 continue;
             }

@@ -45,7 +45,7 @@ impl<'a> ShadingPoint<'a> {
         let facing = if front { geometric } else { -geometric };
         let normal = shading_normal(&instance, triangle, weights, facing);
 
-        let dress = Dress::at(&frame.look, &instance, hit.primitive, [hit.u, hit.v]);
+        let dress = Dress::at(&frame.material_set, &instance, hit.primitive, [hit.u, hit.v]);
         let emits = front || dress.material.two_sided;
         Self {
             position: frame.view.position(hit).into(),

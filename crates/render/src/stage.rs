@@ -22,7 +22,7 @@ pub struct Stage<'a> {
 impl<'a> Stage<'a> {
     /// Gathers the lights of a frame; takes time in proportion to its emitting triangles.
     pub fn new(frame: &'a Frame) -> Self {
-        let materials = &frame.look.materials;
+        let materials = &frame.material_set.materials;
         Self {
             frame,
             lights: LightTable::new(frame),
@@ -188,11 +188,11 @@ impl Stage<'_> {
     fn is_there(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
         let frame = self.frame;
         let instance = frame.view.instance_at(candidate.instance_index());
-        if Dress::material_at(&frame.look, &instance, candidate.primitive()).alpha == Alpha::Opaque {
+        if Dress::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque {
             return true;
         }
         let at = [candidate.u(), candidate.v()];
-        let presence = Dress::at(&frame.look, &instance, candidate.primitive(), at).presence();
+        let presence = Dress::at(&frame.material_set, &instance, candidate.primitive(), at).presence();
         is_there(presence, candidate.instance_index(), candidate.primitive(), at, salt)
     }
 }

@@ -11,7 +11,7 @@ pub struct World {
     /// The geometry, which `animation` edits.
     pub scene: Scene,
     /// What it looks like. The user id of an instance is an index into [`MaterialSet::surfaces`].
-    pub look: Arc<MaterialSet>,
+    pub material_set: Arc<MaterialSet>,
     /// Lights that are no surfaces.
     pub lights: Vec<LightSource>,
     /// In the order of the file; the first is the default.
@@ -71,7 +71,7 @@ pub struct Frame {
     /// The geometry.
     pub view: Snapshot,
     /// What it looks like.
-    pub look: Arc<MaterialSet>,
+    pub material_set: Arc<MaterialSet>,
     /// World space.
     pub lights: Vec<Light>,
     /// Seconds.
@@ -90,7 +90,7 @@ impl World {
             .iter()
             .map(|source| Ok(source.light.placed(&self.placement(source.node)?)))
             .collect::<Result<_, EditError>>()?;
-        Ok(Frame { view: self.scene.commit(), look: self.look.clone(), lights, time: seconds })
+        Ok(Frame { view: self.scene.commit(), material_set: self.material_set.clone(), lights, time: seconds })
     }
 
     /// A camera where it stands now, that is, at the time of the latest frame.

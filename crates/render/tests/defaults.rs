@@ -209,8 +209,15 @@ fn world(material: Material, sky: Sky) -> World {
     let mesh = Mesh::new(&shape.positions, &shape.triangles).expect("a good mesh");
     let mesh = scene.add_mesh(mesh, Motion::Static).expect("a mesh fits");
     scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
-    let look = MaterialSet { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..MaterialSet::default() };
-    World { scene, look: Arc::new(look), lights: Vec::new(), cameras: Vec::new(), animation: Box::new(NoAnimation) }
+    let material_set =
+        MaterialSet { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..MaterialSet::default() };
+    World {
+        scene,
+        material_set: Arc::new(material_set),
+        lights: Vec::new(),
+        cameras: Vec::new(),
+        animation: Box::new(NoAnimation),
+    }
 }
 
 #[test]
@@ -243,7 +250,7 @@ fn lamps_light_a_scene_when_most_of_it_is_in_their_light() {
 fn exposure_in_daylight(model: Model, camera: &Camera) -> f32 {
     let (sky, sun) = daylight();
     let mut model = model.lit_by(sun);
-    model.look.sky = sky;
+    model.material_set.sky = sky;
     let frame = model.frame();
     let film = picture(&frame, camera, &settings(IntegratorKind::Path, 64, 16)).film;
     metered_exposure(&frame, camera, &film)
@@ -284,7 +291,7 @@ fn where_daylight_does_not_get_in_there_is_a_lamp() {
     let eye = Camera::look_at([0.5, 0.2, 0.5], [-1.0, -0.3, -1.0], 1.0);
     chamber.cameras.push(kinetree_render::CameraSource { name: String::new(), node: None, camera: eye });
     assert!(default_lighting(&mut chamber).expect("nothing moves"));
-    assert_eq!(chamber.look.sky, black);
+    assert_eq!(chamber.material_set.sky, black);
     assert!(matches!(chamber.lights[..], [kinetree_render::LightSource { light: Light::Point { .. }, .. }]));
     let frame = chamber.frame(0.0).expect("nothing moves");
     let film = picture(&frame, &eye, &settings(IntegratorKind::Path, 32, 16)).film;

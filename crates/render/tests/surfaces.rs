@@ -16,7 +16,7 @@ fn half_there(alpha: u8) -> Texture {
 
 fn veil(alpha: Alpha, texture_alpha: u8) -> Model {
     let mut model = Model::under(1.0);
-    model.look.textures.push(half_there(texture_alpha));
+    model.material_set.textures.push(half_there(texture_alpha));
     let material = Material { alpha, base_color_texture: Some(0.into()), ..Material::diffuse([0.0; 3]) };
     model.with(&Shape::square(), material, Affine::IDENTITY)
 }
@@ -63,7 +63,7 @@ fn a_blended_surface_lets_through_what_alpha_leaves() {
 fn shadows_have_the_holes_of_what_casts_them() {
     for kind in BOTH {
         let mut model = veil(Alpha::Mask { cutoff: 0.5 }, 0);
-        model.look.sky = Sky::Constant([0.0; 3]);
+        model.material_set.sky = Sky::Constant([0.0; 3]);
         let ground = placed([100.0; 3], [0.0, 1.0, 0.0], 0.0, [0.0, -1.0, 0.0]);
         let sun = Light::Sun { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3], angle: 0.0 };
         let frame = model.with(&Shape::square(), Material::diffuse([1.0; 3]), ground).lit_by(sun).frame();
@@ -76,11 +76,11 @@ fn shadows_have_the_holes_of_what_casts_them() {
 #[test]
 fn vertex_colours_textures_and_base_colour_multiply() {
     let mut model = Model::under(1.0);
-    model.look.textures.push(Texture { srgb: false, ..half_there(255) });
-    model.look.textures[0].texels = vec![[255, 128, 64, 255]; 2];
+    model.material_set.textures.push(Texture { srgb: false, ..half_there(255) });
+    model.material_set.textures[0].texels = vec![[255, 128, 64, 255]; 2];
     let material = Material { base_color_texture: Some(0.into()), ..Material::diffuse([0.5, 0.5, 1.0]) };
     let mut model = model.with(&Shape::square(), material, Affine::IDENTITY);
-    model.look.surfaces[0].colors = vec![[0.25, 1.0, 1.0, 1.0]; 4];
+    model.material_set.surfaces[0].colors = vec![[0.25, 1.0, 1.0, 1.0]; 4];
     let film = picture(&model.frame(), &from_above(), &settings(IntegratorKind::Path, 8, 8)).film;
     let expected = [0.125, 0.5 * 128.0 / 255.0, 64.0 / 255.0];
     for channel in 0..3 {
@@ -163,17 +163,17 @@ fn bad_data_never_reaches_the_film() {
         },
     ];
     let mut model = Model::under(1.0);
-    model.look.sky = Sky::Gradient { zenith: [nan; 3], horizon: [1.0, -1.0, 2.0], ground: [0.0; 3] };
-    model.look.textures.push(Texture { texels: Vec::new(), ..half_there(9) });
+    model.material_set.sky = Sky::Gradient { zenith: [nan; 3], horizon: [1.0, -1.0, 2.0], ground: [0.0; 3] };
+    model.material_set.textures.push(Texture { texels: Vec::new(), ..half_there(9) });
     for (index, material) in materials.into_iter().enumerate() {
         let place = Affine::from_translation([(index % 4) as f32 * 2.0 - 3.0, 0.0, (index / 4) as f32 * 2.0]);
         model = model.with(&shape, material, place);
     }
     // Surfaces and materials that are not there.
-    model.look.surfaces[2].parts[0].material = 1000;
-    model.look.surfaces[3].parts[0].first_triangle = 10;
-    model.look.surfaces[3].parts.push(kinetree_render::Part { first_triangle: 5, material: 0 });
-    model.look.surfaces.pop();
+    model.material_set.surfaces[2].parts[0].material = 1000;
+    model.material_set.surfaces[3].parts[0].first_triangle = 10;
+    model.material_set.surfaces[3].parts.push(kinetree_render::Part { first_triangle: 5, material: 0 });
+    model.material_set.surfaces.pop();
     let frame = lights.into_iter().fold(model, Model::lit_by).frame();
     for kind in IntegratorKind::ALL {
         picture(&frame, &Camera::look_at([0.0, 2.0, 8.0], [0.0; 3], 0.9), &settings(kind, 32, 16));

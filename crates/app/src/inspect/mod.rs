@@ -32,7 +32,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
         load_ms: millis(opened.load_time),
         first_commit: CommitFigures::of(&opened.first_commit),
         commit: CommitFigures::of(frame.view.report()),
-        memory: MemoryFigures::of(frame.view.report(), &frame.look),
+        memory: MemoryFigures::of(frame.view.report(), &frame.material_set),
         look: LookFigures::of(&frame),
         cameras: opened.world.cameras.iter().map(|source| source.name.clone()).collect(),
         clips: opened.clips.iter().map(ClipFigures::of).collect(),
@@ -164,8 +164,12 @@ fn seen(mesh: &MeshView<'_>, kind: Motion) -> SeenMesh {
 
 impl LookFigures {
     fn of(frame: &Frame) -> Self {
-        let look = &frame.look;
-        Self { materials: look.materials.len(), textures: look.textures.len(), lights: frame.lights.len() }
+        let material_set = &frame.material_set;
+        Self {
+            materials: material_set.materials.len(),
+            textures: material_set.textures.len(),
+            lights: frame.lights.len(),
+        }
     }
 }
 

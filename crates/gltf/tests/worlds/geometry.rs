@@ -65,7 +65,7 @@ fn primitives_of_one_mesh_are_joined_and_lines_are_noted() {
     // The primitives have the same attributes, so that they share four vertices.
     assert_eq!(view.instance_at(0).positions().len(), 4);
     assert_eq!(view.instance_at(0).triangles()[..4], [[1, 2, 0], [2, 3, 0], [0, 1, 3], [1, 2, 3]]);
-    let surface = &loaded.world.look.surfaces[0];
+    let surface = &loaded.world.material_set.surfaces[0];
     let parts: Vec<_> = surface.parts.iter().map(|part| (part.first_triangle, part.material)).collect();
     assert_eq!(parts, [(0, 0), (2, 1)]);
     assert_eq!(loaded.notes.len(), 2, "{:?}", loaded.notes);

@@ -308,7 +308,7 @@ fn an_image_with_a_huge_size_is_left_out() {
         "{:?}",
         loaded.notes
     );
-    assert!(loaded.world.look.textures.is_empty());
+    assert!(loaded.world.material_set.textures.is_empty());
 }
 
 /// CRC-32, as in PNG.

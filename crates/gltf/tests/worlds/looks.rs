@@ -26,8 +26,8 @@ fn dressed(material: Value) -> Writer {
 fn material(writer: &Writer) -> (Material, bool) {
     let mut loaded = writer.good();
     let view = frame(&mut loaded, 0.0);
-    assert_eq!(loaded.world.look.materials.len(), 1);
-    (loaded.world.look.materials[0].clone(), view.instance_at(0).is_opaque())
+    assert_eq!(loaded.world.material_set.materials.len(), 1);
+    (loaded.world.material_set.materials[0].clone(), view.instance_at(0).is_opaque())
 }
 
 fn png(pixels: &RgbaImage) -> Vec<u8> {
@@ -108,18 +108,24 @@ fn textures_are_decoded_once_and_keep_their_sampling() {
     assert_eq!(material.base_color_texture, Some(base));
     assert_eq!(material.emission_texture, Some(TextureRef::from(1)));
     let loaded = writer.good();
-    let look = &loaded.world.look;
-    assert_eq!(look.textures.len(), 2);
-    assert_eq!(look.textures[0].texels, [[255, 0, 0, 255], [0, 128, 0, 64]]);
-    assert_eq!((look.textures[0].width, look.textures[0].height, look.textures[0].srgb), (2, 1, true));
-    assert_eq!((look.textures[0].wrap, look.textures[0].filter), ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest));
-    assert_eq!((look.textures[1].wrap, look.textures[1].filter), ([Wrap::Repeat; 2], Filter::Bilinear));
-    assert_eq!(look.textures[1].texels, look.textures[0].texels);
-    assert_eq!(look.surfaces[0].uvs, [[0.5; 2]; 3], "the set that the transform names");
+    let material_set = &loaded.world.material_set;
+    assert_eq!(material_set.textures.len(), 2);
+    assert_eq!(material_set.textures[0].texels, [[255, 0, 0, 255], [0, 128, 0, 64]]);
+    assert_eq!(
+        (material_set.textures[0].width, material_set.textures[0].height, material_set.textures[0].srgb),
+        (2, 1, true)
+    );
+    assert_eq!(
+        (material_set.textures[0].wrap, material_set.textures[0].filter),
+        ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest)
+    );
+    assert_eq!((material_set.textures[1].wrap, material_set.textures[1].filter), ([Wrap::Repeat; 2], Filter::Bilinear));
+    assert_eq!(material_set.textures[1].texels, material_set.textures[0].texels);
+    assert_eq!(material_set.surfaces[0].uvs, [[0.5; 2]; 3], "the set that the transform names");
 
     writer.json["materials"][0]["emissiveTexture"]["index"] = json!(2);
     writer.json["textures"][2]["sampler"] = json!(0);
-    assert_eq!(writer.good().world.look.textures.len(), 1, "the same image with the same sampling");
+    assert_eq!(writer.good().world.material_set.textures.len(), 1, "the same image with the same sampling");
 }
 
 #[test]
@@ -131,7 +137,7 @@ fn images_come_from_files_and_broken_ones_are_named() {
     folder.write("b.png", &png(&two_pixels()));
     let writer = with_image(json!({ "uri": "b.png" }));
     let loaded = kinetree_gltf::load(&folder.write("scene.glb", &writer.glb())).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(loaded.world.look.textures.len(), 1);
+    assert_eq!(loaded.world.material_set.textures.len(), 1);
 
     let data = |bytes: &[u8]| bytes.iter().map(|byte| format!("%{byte:02x}")).collect::<String>();
     let good = png(&two_pixels());
@@ -158,8 +164,12 @@ fn images_come_from_files_and_broken_ones_are_named() {
         // Two textures of the same image, sampled in two ways: one note each, and the rest of the scene.
         let mut writer = with_image(image.clone());
         let mut loaded = writer.good();
-        assert_eq!((loaded.world.look.textures.len(), frame(&mut loaded, 0.0).instances().len()), (0, 1), "{image}");
-        assert_eq!(loaded.world.look.materials[0].base_color_texture, None);
+        assert_eq!(
+            (loaded.world.material_set.textures.len(), frame(&mut loaded, 0.0).instances().len()),
+            (0, 1),
+            "{image}"
+        );
+        assert_eq!(loaded.world.material_set.materials[0].base_color_texture, None);
         assert!(loaded.notes.len() == 1 && loaded.notes[0].contains(note), "{note}: {:?}", loaded.notes);
         assert!(loaded.notes[0].ends_with("; the texture is left out"), "{:?}", loaded.notes);
         writer.json["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
@@ -176,7 +186,7 @@ fn images_come_from_files_and_broken_ones_are_named() {
         odd.notes,
         ["texture 0 refers to sampler 3, but there are 0; the texture is sampled as if it named none"]
     );
-    assert_eq!(odd.world.look.textures.len(), 1);
+    assert_eq!(odd.world.material_set.textures.len(), 1);
 }
 
 #[test]
@@ -297,7 +307,7 @@ fn vertex_colours_of_every_kind_are_linear_rgba() {
         let colors = write(&mut writer);
         writer.json["accessors"][colors]["normalized"] = json!(true);
         writer.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
-        assert_eq!(writer.good().world.look.surfaces[0].colors, [wanted; 3]);
+        assert_eq!(writer.good().world.material_set.surfaces[0].colors, [wanted; 3]);
     }
 }
 
@@ -368,6 +378,6 @@ fn a_ray_finds_the_surface_that_it_hits() {
         let hit = view.closest_hit(&Ray::new([x, 0.25, 1.0], [0.0, 0.0, -1.0])).expect("a hit");
         assert_eq!(view.user_id(&hit), surface);
     }
-    assert_eq!(loaded.world.look.surfaces.len(), 2);
+    assert_eq!(loaded.world.material_set.surfaces.len(), 2);
     assert!(loaded.world.lights.is_empty());
 }

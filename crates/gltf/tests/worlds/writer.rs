@@ -199,7 +199,7 @@ pub(crate) fn frame(loaded: &mut Loaded, seconds: f64) -> Snapshot {
     let frame = loaded.world.frame(seconds).unwrap_or_else(|error| panic!("at {seconds}: {error}"));
     for instance in frame.view.instances() {
         instance.bvh().validate().unwrap_or_else(|violation| panic!("at {seconds}: {violation}"));
-        assert!((instance.user_id() as usize) < frame.look.surfaces.len());
+        assert!((instance.user_id() as usize) < frame.material_set.surfaces.len());
     }
     frame.view
 }

@@ -30,11 +30,12 @@ pub(super) struct Emitter {
 
 /// All triangles of a frame that emit, by ascending instance and primitive.
 pub(super) fn gather(frame: &Frame) -> Vec<Emitter> {
-    let emits =
-        |material: u32| frame.look.materials.get(material as usize).is_some_and(|material| material.is_emissive());
+    let emits = |material: u32| {
+        frame.material_set.materials.get(material as usize).is_some_and(|material| material.is_emissive())
+    };
     let mut emitters = Vec::new();
     for instance in frame.view.instances() {
-        let Some(surface) = frame.look.surfaces.get(instance.user_id() as usize) else { continue };
+        let Some(surface) = frame.material_set.surfaces.get(instance.user_id() as usize) else { continue };
         let count = instance.triangles().len() as u32;
         for (run, material) in runs(surface, count) {
             if emits(material) {
@@ -70,11 +71,12 @@ impl Emitter {
         for row in 0..PROBES {
             for column in 0..PROBES - row {
                 let at = [(row as f32 + 1.0 / 3.0) / PROBES as f32, (column as f32 + 1.0 / 3.0) / PROBES as f32];
-                let dress = Dress::at(&frame.look, instance, primitive, at);
+                let dress = Dress::at(&frame.material_set, instance, primitive, at);
                 shine += luminance(dress.emission()) * dress.presence();
             }
         }
-        let sides = if Dress::at(&frame.look, instance, primitive, [0.3; 2]).material.two_sided { 2.0 } else { 1.0 };
+        let sides =
+            if Dress::at(&frame.material_set, instance, primitive, [0.3; 2]).material.two_sided { 2.0 } else { 1.0 };
         let power = shine / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
         (power > 0.0 && power.is_finite()).then_some(Self {
             instance: instance.index(),
@@ -102,7 +104,7 @@ impl Emitter {
         let at = a * (1.0 - v - w) + b * v + c * w;
         let front = self.normal.dot(from - at) > 0.0;
         let instance = frame.view.instance_at(self.instance);
-        let dress = Dress::at(&frame.look, &instance, self.primitive, [v, w]);
+        let dress = Dress::at(&frame.material_set, &instance, self.primitive, [v, w]);
         if !front && !dress.material.two_sided {
             return None;
         }

@@ -83,7 +83,7 @@ impl<'a> LightTable<'a> {
             near: AliasTable::new(&near),
             punctual_odds: AliasTable::new(&points),
             sun_odds: AliasTable::new(&powers),
-            has_sky: far::sky_power(&frame.look.sky) > 0.0,
+            has_sky: far::sky_power(&frame.material_set.sky) > 0.0,
             frame,
             emitters,
             of_instance,
@@ -99,7 +99,7 @@ impl<'a> LightTable<'a> {
 
     /// Radiance of the sky from a direction.
     pub(crate) fn sky(&self, direction: Vec3) -> Vec3 {
-        far::sky_radiance(&self.frame.look.sky, direction)
+        far::sky_radiance(&self.frame.material_set.sky, direction)
     }
 
     /// The direction to each sun, and its irradiance on a surface that faces it.
@@ -109,7 +109,7 @@ impl<'a> LightTable<'a> {
 
     /// Luminance of the irradiance of suns and sky in the open, about.
     pub(crate) fn daylight(&self) -> f32 {
-        self.suns.iter().map(Sun::power).sum::<f32>() + far::sky_power(&self.frame.look.sky)
+        self.suns.iter().map(Sun::power).sum::<f32>() + far::sky_power(&self.frame.material_set.sky)
     }
 
     /// Whether anything shines at all.
@@ -172,7 +172,7 @@ impl<'a> LightTable<'a> {
         let suns = self.suns.iter().enumerate().filter_map(move |(index, sun)| {
             sun.seen(direction).map(|(radiance, density)| (radiance, density * self.sun_odds.probability(index)))
         });
-        suns.chain([(far::sky_radiance(&self.frame.look.sky, direction), 0.0)])
+        suns.chain([(far::sky_radiance(&self.frame.material_set.sky, direction), 0.0)])
     }
 }
 

@@ -97,14 +97,14 @@ impl Shape {
 #[derive(Default)]
 pub(crate) struct Model {
     scene: Option<Scene>,
-    pub(crate) look: MaterialSet,
+    pub(crate) material_set: MaterialSet,
     pub(crate) lights: Vec<Light>,
 }
 
 impl Model {
     pub(crate) fn under(sky: f32) -> Self {
-        let look = MaterialSet { sky: Sky::Constant([sky; 3]), ..MaterialSet::default() };
-        Self { look, ..Self::default() }
+        let material_set = MaterialSet { sky: Sky::Constant([sky; 3]), ..MaterialSet::default() };
+        Self { material_set, ..Self::default() }
     }
 
     /// Adds a shape of one material.
@@ -120,10 +120,10 @@ impl Model {
         }
         let mesh = scene.add_mesh(mesh, motion).expect("a mesh fits");
         let instance = scene.add_instance(scene.root(), mesh, placement).expect("an instance fits");
-        scene.set_user_id(instance, self.look.surfaces.len() as u32).expect("the instance lives");
-        let id = self.look.materials.len() as u32;
-        self.look.materials.push(material);
-        self.look.surfaces.push(Surface { uvs: shape.uvs.clone(), ..Surface::of(id) });
+        scene.set_user_id(instance, self.material_set.surfaces.len() as u32).expect("the instance lives");
+        let id = self.material_set.materials.len() as u32;
+        self.material_set.materials.push(material);
+        self.material_set.surfaces.push(Surface { uvs: shape.uvs.clone(), ..Surface::of(id) });
         self
     }
 
@@ -134,7 +134,7 @@ impl Model {
 
     pub(crate) fn frame(self) -> Frame {
         let mut scene = self.scene.unwrap_or_default();
-        Frame { view: scene.commit(), look: self.look.into(), lights: self.lights, time: 0.0 }
+        Frame { view: scene.commit(), material_set: self.material_set.into(), lights: self.lights, time: 0.0 }
     }
 }
 
