@@ -33,7 +33,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
         first_commit: CommitFigures::of(&opened.first_commit),
         commit: CommitFigures::of(frame.view.report()),
         memory: MemoryFigures::of(frame.view.report(), &frame.material_set),
-        look: LookFigures::of(&frame),
+        appearance: AppearanceFigures::of(&frame),
         cameras: opened.world.cameras.iter().map(|source| source.name.clone()).collect(),
         clips: opened.clips.iter().map(ClipFigures::of).collect(),
         motions: MOTIONS.map(|(motion, name)| MotionFigures::of(&meshes, motion, name)).into(),
@@ -56,7 +56,7 @@ struct Inspection {
     first_commit: CommitFigures,
     commit: CommitFigures,
     memory: MemoryFigures,
-    look: LookFigures,
+    appearance: AppearanceFigures,
     cameras: Vec<String>,
     clips: Vec<ClipFigures>,
     motions: Vec<MotionFigures>,
@@ -66,7 +66,7 @@ struct Inspection {
 
 /// What the scene looks like, in numbers.
 #[derive(Debug, Serialize)]
-struct LookFigures {
+struct AppearanceFigures {
     materials: usize,
     textures: usize,
     lights: usize,
@@ -162,7 +162,7 @@ fn seen(mesh: &MeshView<'_>, kind: Motion) -> SeenMesh {
     }
 }
 
-impl LookFigures {
+impl AppearanceFigures {
     fn of(frame: &Frame) -> Self {
         let material_set = &frame.material_set;
         Self {

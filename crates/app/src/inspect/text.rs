@@ -62,10 +62,10 @@ impl Inspection {
         let clips = if clips.is_empty() { "none".to_owned() } else { clips.join(", ") };
         let cameras = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let light = if scene.has_default_lighting { ", light by default" } else { "" };
-        let look = [
-            figures::of(self.look.materials as u64, "material", "materials"),
-            figures::of(self.look.textures as u64, "texture", "textures"),
-            figures::of(self.look.lights as u64, "light", "lights"),
+        let appearance = [
+            figures::of(self.appearance.materials as u64, "material", "materials"),
+            figures::of(self.appearance.textures as u64, "texture", "textures"),
+            figures::of(self.appearance.lights as u64, "light", "lights"),
         ];
         let peak = self.memory.process_peak.map(|peak| format!(", {} process peak", bytes(peak)));
         let build = self.first_commit.total_ms.map(|ms| format!(", first commit {ms:.1} ms"));
@@ -78,7 +78,7 @@ impl Inspection {
             format!("  time       {:.3} s, {motion}", self.time_s),
             format!("  meshes     {meshes}, {}", figures::of(scene.triangles, "triangle", "triangles")),
             format!("  instances  {instances}, {}", figures::of(scene.instanced_triangles, "triangle", "triangles")),
-            format!("  look       {}{light}", look.join(", ")),
+            format!("  appearance {}{light}", appearance.join(", ")),
             format!("  cameras    {cameras}"),
             format!("  clips      {clips}"),
             format!(
