@@ -8,7 +8,7 @@ use kinetree::{Affine, EditError, Motion, NodeId, Scene};
 use crate::car::{self, AXLES, HALF_TRACK, HUB};
 use crate::driving::Driving;
 use crate::palette::Palette;
-use crate::stage::{Stage, affine};
+use crate::scene_builder::{SceneBuilder, affine};
 use crate::wheel::wheel;
 
 /// A car: car -> body, and car -> steering -> rolling -> wheel.
@@ -27,25 +27,25 @@ struct Wheel {
 }
 
 /// Adds both cars, which share one mesh for their eight wheels.
-pub(crate) fn build(stage: &mut Stage, palette: &Palette) -> Result<[Car; 2], EditError> {
-    let shared = stage.prop(wheel(palette), Motion::Rigid)?;
+pub(crate) fn build(builder: &mut SceneBuilder, palette: &Palette) -> Result<[Car; 2], EditError> {
+    let shared = builder.prop(wheel(palette), Motion::Rigid)?;
     let colors = [([0.02, 0.02, 0.022], [0.70, 0.05, 0.04]), ([0.85, 0.30, 0.02], [0.78, 0.78, 0.76])];
     let mut build = |index: usize| -> Result<Car, EditError> {
         let (accent, helmet) = colors[index];
-        let shell = stage.prop(car::body(palette.liveries[index], accent, helmet, palette), Motion::Rigid)?;
-        let root = stage.scene.root();
-        let node = stage.scene.add_node(root, Affine::IDENTITY)?;
-        let body = stage.scene.add_node(node, Affine::IDENTITY)?;
-        stage.put(body, shell, &Affine3A::IDENTITY)?;
+        let shell = builder.prop(car::body(palette.liveries[index], accent, helmet, palette), Motion::Rigid)?;
+        let root = builder.scene.root();
+        let node = builder.scene.add_node(root, Affine::IDENTITY)?;
+        let body = builder.scene.add_node(node, Affine::IDENTITY)?;
+        builder.put(body, shell, &Affine3A::IDENTITY)?;
         let mut wheels = Vec::new();
         for axle in AXLES {
             for side in [1.0f32, -1.0] {
                 let hub = Vec3::new(side * HALF_TRACK, HUB, axle);
-                let steering = stage.scene.add_node(node, Affine::from_translation(hub.to_array()))?;
-                let rolling = stage.scene.add_node(steering, Affine::IDENTITY)?;
+                let steering = builder.scene.add_node(node, Affine::from_translation(hub.to_array()))?;
+                let rolling = builder.scene.add_node(steering, Affine::IDENTITY)?;
                 // The wheel's handsome side is outside.
                 let turned = Affine3A::from_rotation_y(if side > 0.0 { 0.0 } else { PI });
-                stage.put(rolling, shared, &turned)?;
+                builder.put(rolling, shared, &turned)?;
                 wheels.push(Wheel { hub, steers: axle > 0.0, steering, rolling });
             }
         }

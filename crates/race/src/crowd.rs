@@ -7,7 +7,7 @@ use crate::driving::LAP;
 use crate::meshing::Sketch;
 use crate::palette::Palette;
 use crate::rng::Rng;
-use crate::stage::{Prop, Stage, affine};
+use crate::scene_builder::{Prop, SceneBuilder, affine};
 use crate::stands::seats;
 
 const SHIRTS: [[f32; 3]; 6] = [
@@ -44,7 +44,7 @@ impl Jumper {
 
 /// Fills the stands; gives those who will jump.
 pub(crate) fn seat(
-    stage: &mut Stage,
+    builder: &mut SceneBuilder,
     seed: u64,
     stands: &[Affine3A],
     palette: &Palette,
@@ -57,8 +57,8 @@ pub(crate) fn seat(
             let (mesh, surface) = person(pose, shirt, SKINS[index % SKINS.len()], palette).finish()?;
             // One mesh for all colours.
             wardrobe.push(match wardrobe.first() {
-                None => stage.dressed(mesh, surface, Motion::Rigid)?,
-                Some(&Prop { mesh, .. }) => stage.again(mesh, surface),
+                None => builder.dressed(mesh, surface, Motion::Rigid)?,
+                Some(&Prop { mesh, .. }) => builder.again(mesh, surface),
             });
         }
         people.push(wardrobe);
@@ -82,7 +82,7 @@ pub(crate) fn seat(
             let spot = seat + Vec3::new(rng.range(-0.05, 0.05), 0.0, 0.0);
             let placement = *world_from_stand * Affine3A::from_scale_rotation_translation(scale, turn, spot);
             let prop = people[pose][rng.below(SHIRTS.len())];
-            let instance = stage.put_in_world(prop, &placement)?;
+            let instance = builder.put_in_world(prop, &placement)?;
             if pose == 2 && rng.chance(0.6) {
                 let hops = 24.0 + rng.below(14) as f32;
                 jumpers.push(Jumper { instance, world_from_seat: placement, phase: rng.unit(), hops });

@@ -8,7 +8,7 @@ use kinetree::{EditError, MeshId, Motion, Scene};
 use crate::driving::LAP;
 use crate::meshing::Sketch;
 use crate::palette::Palette;
-use crate::stage::Stage;
+use crate::scene_builder::SceneBuilder;
 
 /// Quads along the cloth and down it.
 const GRID: [u32; 2] = [36, 18];
@@ -24,17 +24,17 @@ pub(crate) struct Flag {
 }
 
 /// Puts up a flag with its foot at a place.
-pub(crate) fn raise(stage: &mut Stage, foot: Vec3, phase: f32, palette: &Palette) -> Result<Flag, EditError> {
+pub(crate) fn raise(builder: &mut SceneBuilder, foot: Vec3, phase: f32, palette: &Palette) -> Result<Flag, EditError> {
     let mut pole = Sketch::new(palette.paint);
     pole.color = [0.70, 0.70, 0.70];
     pole.lathe(&[(0.07, -0.5), (0.05, POLE), (0.05, POLE), (0.0, POLE)], 10, &Affine3A::IDENTITY);
     pole.color = [0.75, 0.52, 0.10];
     pole.ball(Vec3::Y * POLE, Vec3::splat(0.12), 8, 12);
     let at = Affine3A::from_translation(foot);
-    let pole = stage.prop(pole, Motion::Static)?;
-    stage.put_in_world(pole, &at)?;
-    let cloth = stage.prop(cloth(palette.chequer, 0.0, phase), Motion::Deforming)?;
-    stage.put_in_world(cloth, &at)?;
+    let pole = builder.prop(pole, Motion::Static)?;
+    builder.put_in_world(pole, &at)?;
+    let cloth = builder.prop(cloth(palette.chequer, 0.0, phase), Motion::Deforming)?;
+    builder.put_in_world(cloth, &at)?;
     Ok(Flag { mesh: cloth.mesh, phase })
 }
 

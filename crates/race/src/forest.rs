@@ -9,7 +9,7 @@ use crate::driving::LAP;
 use crate::ground::Ground;
 use crate::palette::Palette;
 use crate::rng::{Rng, fractal};
-use crate::stage::Stage;
+use crate::scene_builder::SceneBuilder;
 use crate::stands;
 use crate::tree::{Species, sway, tree};
 
@@ -48,7 +48,7 @@ pub(crate) struct Swaying {
 
 /// Plants the trees; gives those that bend.
 pub(crate) fn plant(
-    stage: &mut Stage,
+    builder: &mut SceneBuilder,
     seed: u64,
     ground: &Ground,
     grandstands: &[Affine3A],
@@ -70,14 +70,14 @@ pub(crate) fn plant(
         }
     }
     for &(foot, species) in &spots {
-        near.push(bending(stage, species, foot, &mut rng, palette)?);
+        near.push(bending(builder, species, foot, &mut rng, palette)?);
     }
     let mut kinds = Vec::new();
     for species in
         [Species::Oak, Species::Oak, Species::Poplar, Species::Birch, Species::Pine, Species::Pine, Species::Pine]
     {
         let cards = if species == Species::Pine { 170 } else { 260 };
-        kinds.push((species, stage.prop(tree(species, cards, &mut rng, palette), Motion::Static)?));
+        kinds.push((species, builder.prop(tree(species, cards, &mut rng, palette), Motion::Static)?));
     }
     let mut planted = 0;
     for _ in 0..200_000 {
@@ -95,7 +95,7 @@ pub(crate) fn plant(
         let wanted = species_at(seed, away.x, away.y, &mut rng);
         let like: Vec<_> = kinds.iter().filter(|(species, _)| *species == wanted).collect();
         let (_, prop) = like[rng.below(like.len())];
-        stage.put_in_world(*prop, &upright(foot, rng.range(0.75, 1.25), &mut rng))?;
+        builder.put_in_world(*prop, &upright(foot, rng.range(0.75, 1.25), &mut rng))?;
         planted += 1;
     }
     Ok(near)
@@ -138,7 +138,7 @@ fn upright(foot: Vec3, scale: f32, rng: &mut Rng) -> Affine3A {
 }
 
 fn bending(
-    stage: &mut Stage,
+    builder: &mut SceneBuilder,
     species: Species,
     foot: Vec3,
     rng: &mut Rng,
@@ -149,9 +149,9 @@ fn bending(
     let targets = sway(sketch.positions());
     let (mesh, surface) = sketch.finish()?;
     let targets = targets.map(|positions| MorphTarget { positions, normals: Vec::new() }).to_vec();
-    let prop = stage.dressed(mesh.with_morph_targets(targets)?, surface, Motion::Deforming)?;
+    let prop = builder.dressed(mesh.with_morph_targets(targets)?, surface, Motion::Deforming)?;
     // No turn: the wind comes from one side for all of them.
-    stage.put_in_world(
+    builder.put_in_world(
         prop,
         &Affine3A::from_scale_rotation_translation(Vec3::splat(rng.range(0.9, 1.15)), Quat::IDENTITY, foot),
     )?;

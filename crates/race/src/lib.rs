@@ -23,7 +23,7 @@
 //! | from where it is seen | `cameras` |
 //! | making meshes | `meshing`, `shapes`, `loft`, `curve` |
 //! | making images and materials | `canvas`, `font`, `textures`, `palette` |
-//! | chance, and the scene being filled | `rng`, `stage` |
+//! | chance, and the scene being filled | `rng`, `scene_builder` |
 
 mod animation;
 mod cabin;
@@ -46,7 +46,7 @@ mod road;
 mod roadside;
 mod shapes;
 mod smoke;
-mod stage;
+mod scene_builder;
 mod stands;
 mod textures;
 mod track;
@@ -65,7 +65,7 @@ use cameras::Panning;
 use driving::Driving;
 use ground::Ground;
 use palette::Palette;
-use stage::Stage;
+use scene_builder::SceneBuilder;
 
 /// The race. The seed decides how the hills lie, where the trees stand, who sits where and how the wind blows; the
 /// circuit is always the same.
@@ -79,37 +79,37 @@ pub fn world(seed: u64) -> World {
 fn build(seed: u64) -> Result<World, EditError> {
     let mut material_set = MaterialSet { sky: SKY, ..MaterialSet::default() };
     let palette = Palette::new(seed, &mut material_set);
-    let mut stage = Stage { scene: Scene::new(), material_set };
+    let mut builder = SceneBuilder { scene: Scene::new(), material_set };
     let driving = Driving::new();
     let track = driving.track();
     let ground = Ground::new(seed, track);
 
     let here = Affine3A::IDENTITY;
-    let land = stage.prop(ground.terrain(&palette), Motion::Static)?;
-    stage.put_in_world(land, &here)?;
-    let asphalt = stage.prop(road::road(seed, track, &ground, &palette), Motion::Static)?;
-    stage.put_in_world(asphalt, &here)?;
-    roadside::build(&mut stage, track, &ground, &palette)?;
+    let land = builder.prop(ground.terrain(&palette), Motion::Static)?;
+    builder.put_in_world(land, &here)?;
+    let asphalt = builder.prop(road::road(seed, track, &ground, &palette), Motion::Static)?;
+    builder.put_in_world(asphalt, &here)?;
+    roadside::build(&mut builder, track, &ground, &palette)?;
     let grandstands = stands::placements(track, &ground);
-    let stand = stage.prop(stands::stand(&palette), Motion::Static)?;
+    let stand = builder.prop(stands::stand(&palette), Motion::Static)?;
     for placement in &grandstands {
-        stage.put_in_world(stand, placement)?;
+        builder.put_in_world(stand, placement)?;
     }
 
-    let jumpers = crowd::seat(&mut stage, seed, &grandstands, &palette)?;
-    let trees = forest::plant(&mut stage, seed, &ground, &grandstands, &palette)?;
+    let jumpers = crowd::seat(&mut builder, seed, &grandstands, &palette)?;
+    let trees = forest::plant(&mut builder, seed, &ground, &grandstands, &palette)?;
     let mut flags = Vec::new();
     for (index, &[x, z]) in FLAGS.iter().enumerate() {
-        flags.push(flag::raise(&mut stage, ground.below(x, z), 2.1 * index as f32, &palette)?);
+        flags.push(flag::raise(&mut builder, ground.below(x, z), 2.1 * index as f32, &palette)?);
     }
-    let smoke = smoke::prepare(&mut stage, seed, &palette)?;
-    let cars = cars::build(&mut stage, &palette)?;
+    let smoke = smoke::prepare(&mut builder, seed, &palette)?;
+    let cars = cars::build(&mut builder, &palette)?;
 
-    let panning = Panning::new(stage.scene.add_node(stage.scene.root(), Affine::IDENTITY)?, &ground);
+    let panning = Panning::new(builder.scene.add_node(builder.scene.root(), Affine::IDENTITY)?, &ground);
     let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node], &panning);
     let lights = vec![LightSource { node: None, light: sun() }];
     let animation = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
-    Ok(World { scene: stage.scene, material_set: Arc::new(stage.material_set), lights, cameras, animation })
+    Ok(World { scene: builder.scene, material_set: Arc::new(builder.material_set), lights, cameras, animation })
 }
 
 /// Where flags wave: x, z.

@@ -7,7 +7,7 @@ use crate::ground::{Ground, VERGE};
 use crate::meshing::Sketch;
 use crate::palette::Palette;
 use crate::road::{SHARP, start_distance};
-use crate::stage::Stage;
+use crate::scene_builder::SceneBuilder;
 use crate::track::{HALF_WIDTH, Track};
 
 /// From the middle of the road to the rail.
@@ -16,16 +16,21 @@ const RAIL: f32 = VERGE + 0.6;
 const TYRES: f32 = VERGE - 0.7;
 
 /// Puts it all up.
-pub(crate) fn build(stage: &mut Stage, track: &Track, ground: &Ground, palette: &Palette) -> Result<(), EditError> {
+pub(crate) fn build(
+    builder: &mut SceneBuilder,
+    track: &Track,
+    ground: &Ground,
+    palette: &Palette,
+) -> Result<(), EditError> {
     let mut pad = Sketch::new(palette.paint);
     for side in [-1.0, 1.0] {
         rail(&mut pad, side, track, ground, palette);
         boards(&mut pad, side, track, ground, palette);
     }
     gantry(&mut pad, track, ground, palette);
-    let fixed = stage.prop(pad, Motion::Static)?;
-    stage.put_in_world(fixed, &Affine3A::IDENTITY)?;
-    tyre_walls(stage, track, ground, palette)
+    let fixed = builder.prop(pad, Motion::Static)?;
+    builder.put_in_world(fixed, &Affine3A::IDENTITY)?;
+    tyre_walls(builder, track, ground, palette)
 }
 
 /// A place beside the road, on the ground; none where another stretch of road is nearer.
@@ -138,13 +143,13 @@ fn gantry(pad: &mut Sketch, track: &Track, ground: &Ground, palette: &Palette) {
 }
 
 /// Stacks of tyres at the outside of sharp corners, three high, red and white by turns.
-fn tyre_walls(stage: &mut Stage, track: &Track, ground: &Ground, palette: &Palette) -> Result<(), EditError> {
+fn tyre_walls(builder: &mut SceneBuilder, track: &Track, ground: &Ground, palette: &Palette) -> Result<(), EditError> {
     let mut stacks = Vec::new();
     for color in [[0.62, 0.04, 0.035], [0.74, 0.73, 0.70]] {
         let (mesh, surface) = stack(color, palette).finish()?;
         stacks.push(match stacks.first() {
-            None => stage.dressed(mesh, surface, Motion::Static)?,
-            Some(&crate::stage::Prop { mesh, .. }) => stage.again(mesh, surface),
+            None => builder.dressed(mesh, surface, Motion::Static)?,
+            Some(&crate::scene_builder::Prop { mesh, .. }) => builder.again(mesh, surface),
         });
     }
     for side in [-1.0, 1.0] {
@@ -159,7 +164,7 @@ fn tyre_walls(stage: &mut Stage, track: &Track, ground: &Ground, palette: &Palet
             }
             let Some(foot) = beside(track, ground, distance, side * TYRES) else { continue };
             let turn = Quat::from_rotation_y(count as f32 * 2.4);
-            stage.put_in_world(
+            builder.put_in_world(
                 stacks[count / 5 % 2],
                 &Affine3A::from_rotation_translation(turn, foot + Vec3::Y * 0.02),
             )?;

@@ -13,7 +13,7 @@ use crate::car::{AXLES, HALF_TRACK};
 use crate::driving::{Driving, LAP};
 use crate::palette::Palette;
 use crate::rng::Rng;
-use crate::stage::Stage;
+use crate::scene_builder::SceneBuilder;
 
 /// Puffs that a wheel could send out in a lap.
 const BIRTHS: i64 = 500;
@@ -38,7 +38,7 @@ struct Puffs {
 }
 
 /// Adds the smoke, which is not there yet.
-pub(crate) fn prepare(stage: &mut Stage, seed: u64, palette: &Palette) -> Result<Smoke, EditError> {
+pub(crate) fn prepare(builder: &mut SceneBuilder, seed: u64, palette: &Palette) -> Result<Smoke, EditError> {
     let (mut uvs, mut colors) = (Vec::new(), Vec::new());
     for _ in 0..WHEELS {
         for slot in 0..SLOTS {
@@ -51,8 +51,8 @@ pub(crate) fn prepare(stage: &mut Stage, seed: u64, palette: &Palette) -> Result
         }
     }
     let surface = Surface { parts: vec![Part { first_triangle: 0, material: palette.smoke }], uvs, colors };
-    let prop = stage.dressed(Mesh::empty(), surface, Motion::Rebuilt)?;
-    stage.put_in_world(prop, &Affine3A::IDENTITY)?;
+    let prop = builder.dressed(Mesh::empty(), surface, Motion::Rebuilt)?;
+    builder.put_in_world(prop, &Affine3A::IDENTITY)?;
     Ok(Smoke { mesh: prop.mesh, seed })
 }
 

@@ -7,7 +7,7 @@ use kinetree_render::{Alpha, MaterialSet, Surface};
 use crate::meshing::Sketch;
 
 /// A scene and its look in the making.
-pub(crate) struct Stage {
+pub(crate) struct SceneBuilder {
     pub(crate) scene: Scene,
     pub(crate) material_set: MaterialSet,
 }
@@ -22,7 +22,7 @@ pub(crate) struct Prop {
     opaque: bool,
 }
 
-impl Stage {
+impl SceneBuilder {
     /// Adds a sketch as a mesh.
     pub(crate) fn prop(&mut self, sketch: Sketch, motion: Motion) -> Result<Prop, EditError> {
         let (mesh, surface) = sketch.finish()?;
