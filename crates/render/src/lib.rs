@@ -29,6 +29,7 @@
 //! | for who brings no light and no camera | `lighting`, `framing` |
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
 //! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
+//! | rays through a frame | `scene_context`, `tracer` |
 //! | what happens at a place | `dress`, `shading`, `scatter`, `panes` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
@@ -50,9 +51,10 @@ mod render;
 mod sampler;
 mod scatter;
 mod shading;
-mod stage;
+mod scene_context;
 mod texture;
 mod tonemap;
+mod tracer;
 mod warp;
 mod world;
 
@@ -68,7 +70,8 @@ pub use materials::{Alpha, Material, MaterialSet, Part, Scatter, Sky, Surface, T
 pub use metering::metered_exposure;
 pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings, render, render_with};
 pub use sampler::Sampler;
-pub use stage::{Stage, Tracer};
+pub use scene_context::SceneContext;
 pub use texture::{Filter, Texture, Wrap};
 pub use tonemap::{automatic_exposure, develop, encode};
+pub use tracer::Tracer;
 pub use world::{Animation, CameraSource, Frame, LightSource, NoAnimation, World};

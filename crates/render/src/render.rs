@@ -11,7 +11,7 @@ use kinetree::Ray;
 use rayon::prelude::*;
 
 use crate::camera::Lens;
-use crate::{Camera, Film, Frame, Integrator, IntegratorKind, Sampler, Stage, Tracer};
+use crate::{Camera, Film, Frame, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
 
 /// What picture to make.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,11 +150,11 @@ pub fn render_with(
 ) -> Result<Rendered, RenderError> {
     check(settings)?;
     let start = Instant::now();
-    let stage = Stage::new(frame);
+    let context = SceneContext::new(frame);
     let prepare_time = start.elapsed();
 
     let lens = Lens::new(camera, settings.width as f32 / settings.height as f32);
-    let picture = Picture { integrator, stage: &stage, lens, settings };
+    let picture = Picture { integrator, context: &context, lens, settings };
     let tiles = in_pool(settings.threads, || picture.trace(progress))??;
 
     let mut film = Film::new(settings.width, settings.height);
@@ -197,7 +197,7 @@ fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> 
 /// All that tiles share.
 struct Picture<'a> {
     integrator: &'a dyn Integrator,
-    stage: &'a Stage<'a>,
+    context: &'a SceneContext<'a>,
     lens: Lens,
     settings: &'a Settings,
 }
@@ -230,7 +230,7 @@ impl Picture<'_> {
     fn tile(&self, corner: [u32; 2]) -> Tile {
         let width = TILE.min(self.settings.width - corner[0]);
         let height = TILE.min(self.settings.height - corner[1]);
-        let mut tracer = Tracer::new(self.stage);
+        let mut tracer = Tracer::new(self.context);
         let mut wave = Wave::default();
         let mut sums = Sums { of_pixels: vec![[0.0; 3]; (width * height) as usize], lost_samples: 0 };
         // Along a Morton curve, so that what is traced together is a small square of the picture.

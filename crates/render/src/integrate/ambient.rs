@@ -39,12 +39,12 @@ impl Integrator for Ambient {
     }
 
     fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
-        let stage = tracer.stage();
+        let context = tracer.context();
         let (mut places, mut feelers) = (Vec::new(), Vec::new());
         for (at, hit) in first_hits(tracer, rays, samplers).into_iter().enumerate() {
             colors[at] = if hit.is_some() { BLOCKED } else { OPEN };
             let Some(hit) = hit else { continue };
-            let point = ShadingPoint::new(stage.frame(), &hit, rays[at].direction.into());
+            let point = ShadingPoint::new(context.frame(), &hit, rays[at].direction.into());
             if let Some(feeler) = Self::feeler(&point, &rays[at], &mut samplers[at]) {
                 places.push(at);
                 feelers.push(feeler);

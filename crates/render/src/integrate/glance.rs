@@ -3,18 +3,18 @@
 use kinetree::{Hit, Ray};
 
 use crate::shading::ShadingPoint;
-use crate::{Sampler, Stage, Tracer};
+use crate::{Sampler, SceneContext, Tracer};
 
 /// A picture of what rays from the camera see first.
 pub(super) trait Glance {
     /// The colour of a place, or of none, that a ray sees.
-    fn color(&self, stage: &Stage<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3];
+    fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3];
 }
 
 /// What one ray sees.
 pub(super) fn one(glance: &impl Glance, tracer: &mut Tracer<'_>, ray: &Ray) -> [f32; 3] {
     let point = tracer.see(ray);
-    glance.color(tracer.stage(), ray, point.as_ref())
+    glance.color(tracer.context(), ray, point.as_ref())
 }
 
 /// What each of many rays sees.
@@ -25,10 +25,10 @@ pub(super) fn each(
     samplers: &[Sampler],
     colors: &mut [[f32; 3]],
 ) {
-    let stage = tracer.stage();
+    let context = tracer.context();
     for ((color, ray), hit) in colors.iter_mut().zip(rays).zip(first_hits(tracer, rays, samplers)) {
-        let point = hit.map(|hit| ShadingPoint::new(stage.frame(), &hit, ray.direction.into()));
-        *color = glance.color(stage, ray, point.as_ref());
+        let point = hit.map(|hit| ShadingPoint::new(context.frame(), &hit, ray.direction.into()));
+        *color = glance.color(context, ray, point.as_ref());
     }
 }
 

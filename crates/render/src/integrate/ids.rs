@@ -7,14 +7,14 @@ use super::{Integrator, NOTHING, shaded};
 use crate::color::from_hue;
 use crate::sampler::{combine, unit_hash};
 use crate::shading::ShadingPoint;
-use crate::{Sampler, Stage, Tracer};
+use crate::{Sampler, SceneContext, Tracer};
 
 /// Instances and triangles as colours.
 #[derive(Debug, Clone, Copy)]
 pub struct Ids;
 
 impl Glance for Ids {
-    fn color(&self, _: &Stage<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+    fn color(&self, _: &SceneContext<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
         let Some(point) = point else { return NOTHING };
         let shade = unit_hash(combine(point.instance, point.primitive));
         let color = from_hue(unit_hash(point.instance), 0.5 + 0.3 * shade, 0.45 + 0.5 * shade);

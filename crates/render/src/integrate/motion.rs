@@ -6,16 +6,16 @@ use kinetree::{Motion, Ray};
 use super::glance::{self, Glance};
 use super::{Integrator, NOTHING, shaded};
 use crate::shading::ShadingPoint;
-use crate::{Sampler, Stage, Tracer};
+use crate::{Sampler, SceneContext, Tracer};
 
 /// The motion of meshes as colours: grey is static, blue rigid, green deforming, red rebuilt.
 #[derive(Debug, Clone, Copy)]
 pub struct Motions;
 
 impl Glance for Motions {
-    fn color(&self, stage: &Stage<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+    fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
         let Some(point) = point else { return NOTHING };
-        let color = match stage.frame().view.instance_at(point.instance).motion() {
+        let color = match context.frame().view.instance_at(point.instance).motion() {
             Motion::Static => Vec3::new(0.45, 0.45, 0.45),
             Motion::Rigid => Vec3::new(0.08, 0.25, 0.85),
             Motion::Deforming => Vec3::new(0.1, 0.6, 0.12),

@@ -6,14 +6,14 @@ use kinetree::Ray;
 use super::glance::{self, Glance};
 use super::{Integrator, NOTHING};
 use crate::shading::ShadingPoint;
-use crate::{Sampler, Stage, Tracer};
+use crate::{Sampler, SceneContext, Tracer};
 
 /// Shading normals in world space as colours, on the side of the viewer.
 #[derive(Debug, Clone, Copy)]
 pub struct Normals;
 
 impl Glance for Normals {
-    fn color(&self, _: &Stage<'_>, _: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+    fn color(&self, _: &SceneContext<'_>, _: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
         point.map_or(NOTHING, |point| (point.normal * 0.5 + Vec3::splat(0.5)).into())
     }
 }

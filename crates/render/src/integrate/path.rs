@@ -14,7 +14,7 @@ use super::{Integrator, wave};
 use crate::lights::LightSample;
 use crate::scatter::{Bounce, Kind};
 use crate::shading::ShadingPoint;
-use crate::{Sampler, Stage, Tracer, scatter};
+use crate::{Sampler, SceneContext, Tracer, scatter};
 
 /// Unbiased light transport, up to the number of bounces.
 #[derive(Debug, Clone, Copy)]
@@ -72,11 +72,11 @@ pub(super) struct Question {
 
 impl Integrator for Path {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
-        let stage = tracer.stage();
+        let context = tracer.context();
         let (mut ray, mut walk) = (*ray, Walk::default());
         for bounce in 0..=self.max_depth {
             let point = tracer.see(&ray);
-            let (questions, next) = self.arrive(stage, &mut walk, (&ray, point.as_ref()), sampler, bounce);
+            let (questions, next) = self.arrive(context, &mut walk, (&ray, point.as_ref()), sampler, bounce);
             for question in questions.iter().flatten() {
                 walk.take(question, tracer.transmitted(&question.ray));
             }
@@ -96,13 +96,13 @@ impl Path {
     /// asked. Gives the ray on which the path goes on, if it does.
     pub(super) fn arrive(
         &self,
-        stage: &Stage<'_>,
+        context: &SceneContext<'_>,
         walk: &mut Walk,
         (ray, point): (&Ray, Option<&ShadingPoint<'_>>),
         sampler: &mut Sampler,
         bounce: u32,
     ) -> (Questions, Option<Ray>) {
-        let (lights, mut questions) = (&stage.lights, [None; 3]);
+        let (lights, mut questions) = (&context.lights, [None; 3]);
         sampler.begin_bounce(bounce);
         if bounce > 0 {
             walk.limit = self.clamp.unwrap_or(f32::INFINITY);

@@ -19,7 +19,7 @@ pub struct SimplePath {
 
 impl Integrator for SimplePath {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
-        let lights = &tracer.stage().lights;
+        let lights = &tracer.context().lights;
         let (mut ray, mut gathered, mut throughput) = (*ray, Vec3::ZERO, Vec3::ONE);
         for bounce in 0..=self.max_depth {
             sampler.begin_bounce(bounce);

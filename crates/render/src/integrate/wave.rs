@@ -22,7 +22,7 @@ pub(super) fn radiances(
     samplers: &mut [Sampler],
     colors: &mut [[f32; 3]],
 ) {
-    let stage = tracer.stage();
+    let context = tracer.context();
     let mut walks = vec![Walk::default(); rays.len()];
     let mut front = Front { paths: (0..rays.len()).collect(), rays: rays.to_vec() };
     let (mut next, mut hits) = (Front::default(), Vec::new());
@@ -32,9 +32,9 @@ pub(super) fn radiances(
         hits.resize(front.rays.len(), None);
         tracer.closest_hits(&front.rays, &|ray| samplers[front.paths[ray]].salt(), &mut hits);
         for ((&number, ray), hit) in front.paths.iter().zip(&front.rays).zip(&hits) {
-            let point = hit.as_ref().map(|hit| ShadingPoint::new(stage.frame(), hit, ray.direction.into()));
+            let point = hit.as_ref().map(|hit| ShadingPoint::new(context.frame(), hit, ray.direction.into()));
             let (walk, sampler) = (&mut walks[number], &mut samplers[number]);
-            let (questions, ahead) = path.arrive(stage, walk, (ray, point.as_ref()), sampler, bounce);
+            let (questions, ahead) = path.arrive(context, walk, (ray, point.as_ref()), sampler, bounce);
             for (group, question) in groups.iter_mut().zip(questions) {
                 group.extend(question.map(|question| (number, question)));
             }

@@ -1,45 +1,14 @@
-//! A frame made ready for rays: its lights gathered, its holes known, its rays counted.
+//! Tracing rays through a frame: closest hits, visibility, and what thin glass lets through.
 
 use glam::Vec3;
-use kinetree::{Candidate, Hit, Query, Ray, Work};
+use kinetree::{Candidate, Hit, Ray, Work};
 
-use crate::dress::{Dress, is_there};
-use crate::lights::LightTable;
-use crate::panes::Panes;
 use crate::shading::ShadingPoint;
-use crate::{Alpha, Frame, alike, scatter};
+use crate::{SceneContext, alike, scatter};
 
-/// A frame with what can be prepared before the first ray. Shared by all threads.
-pub struct Stage<'a> {
-    frame: &'a Frame,
-    pub(crate) lights: LightTable<'a>,
-    /// Whether any material has holes.
-    has_alpha: bool,
-    /// Where light may go straight through.
-    panes: Panes,
-}
-
-impl<'a> Stage<'a> {
-    /// Gathers the lights of a frame; takes time in proportion to its emitting triangles.
-    pub fn new(frame: &'a Frame) -> Self {
-        let materials = &frame.material_set.materials;
-        Self {
-            frame,
-            lights: LightTable::new(frame),
-            has_alpha: materials.iter().any(|material| material.alpha != Alpha::Opaque),
-            panes: Panes::new(frame),
-        }
-    }
-
-    /// The frame.
-    pub fn frame(&self) -> &'a Frame {
-        self.frame
-    }
-}
-
-/// Asks a stage about rays, and counts them. Each thread has its own.
+/// Traces rays through a frame, and counts them. Each thread has its own.
 pub struct Tracer<'a> {
-    stage: &'a Stage<'a>,
+    context: &'a SceneContext<'a>,
     /// Decides, for one sample, where blended surfaces are.
     salt: u32,
     rays: u64,
@@ -53,8 +22,8 @@ const BEYOND: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
-    pub fn new(stage: &'a Stage<'a>) -> Self {
-        Self { stage, salt: 0, rays: 0 }
+    pub fn new(context: &'a SceneContext<'a>) -> Self {
+        Self { context, salt: 0, rays: 0 }
     }
 
     /// Begins another sample: blended surfaces are decided anew.
@@ -62,9 +31,9 @@ impl<'a> Tracer<'a> {
         self.salt = salt;
     }
 
-    /// The stage it asks.
-    pub fn stage(&self) -> &'a Stage<'a> {
-        self.stage
+    /// The frame it traces, with lights.
+    pub fn context(&self) -> &'a SceneContext<'a> {
+        self.context
     }
 
     /// Rays asked so far.
@@ -75,20 +44,20 @@ impl<'a> Tracer<'a> {
     /// What a ray hits first; surfaces with holes are there or not as their alpha says.
     pub fn closest_hit(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
-        self.stage.query(&|candidate: &Candidate<'_>| self.stage.is_there(candidate, self.salt)).closest_hit(ray)
+        self.context.query(&|candidate: &Candidate<'_>| self.context.is_there(candidate, self.salt)).closest_hit(ray)
     }
 
     /// As [`Tracer::closest_hit`], and counts the work that it took.
     pub fn closest_hit_counted(&mut self, ray: &Ray, work: &mut Work) -> Option<Hit> {
         self.rays += 1;
-        let filter = |candidate: &Candidate<'_>| self.stage.is_there(candidate, self.salt);
-        self.stage.query(&filter).closest_hit_counted(ray, work)
+        let filter = |candidate: &Candidate<'_>| self.context.is_there(candidate, self.salt);
+        self.context.query(&filter).closest_hit_counted(ray, work)
     }
 
     /// Whether anything at all lies on a ray.
     pub fn occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        self.stage.query(&|candidate: &Candidate<'_>| self.stage.is_there(candidate, self.salt)).occluded(ray)
+        self.context.query(&|candidate: &Candidate<'_>| self.context.is_there(candidate, self.salt)).occluded(ray)
     }
 
     /// What each of many rays hits first. Rays are of different samples; `salts` gives the salt of each.
@@ -99,8 +68,8 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
         self.rays += rays.len() as u64;
         for (run, coherence) in alike::runs(rays) {
-            let filter = |candidate: &Candidate<'_>| self.stage.is_there_in_run(candidate, run.start, salts);
-            self.stage.query(&filter).closest_hits(&rays[run.clone()], &mut hits[run.clone()], coherence);
+            let filter = |candidate: &Candidate<'_>| self.context.is_there_in_run(candidate, run.start, salts);
+            self.context.query(&filter).closest_hits(&rays[run.clone()], &mut hits[run.clone()], coherence);
         }
     }
 
@@ -112,15 +81,15 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
         self.rays += rays.len() as u64;
         for (run, coherence) in alike::runs(rays) {
-            let filter = |candidate: &Candidate<'_>| self.stage.is_there_in_run(candidate, run.start, salts);
-            self.stage.query(&filter).occluded_each(&rays[run.clone()], &mut answers[run.clone()], coherence);
+            let filter = |candidate: &Candidate<'_>| self.context.is_there_in_run(candidate, run.start, salts);
+            self.context.query(&filter).occluded_each(&rays[run.clone()], &mut answers[run.clone()], coherence);
         }
     }
 
     /// The place that a ray of unit direction sees first, ready to be shaded.
     pub(crate) fn see(&mut self, ray: &Ray) -> Option<ShadingPoint<'a>> {
         let hit = self.closest_hit(ray)?;
-        Some(ShadingPoint::new(self.stage.frame, &hit, ray.direction.into()))
+        Some(ShadingPoint::new(self.context.frame, &hit, ray.direction.into()))
     }
 
     /// The fraction of light that comes straight along a ray of unit direction, against its direction: all, nothing, or
@@ -129,7 +98,7 @@ impl<'a> Tracer<'a> {
         if !self.occluded(ray) {
             return Vec3::ONE;
         }
-        if !self.stage.panes.may_be_on(ray) {
+        if !self.context.panes.may_be_on(ray) {
             return Vec3::ZERO;
         }
         let first = self.closest_hit(ray);
@@ -142,7 +111,7 @@ impl<'a> Tracer<'a> {
         self.occluded_each(rays, salts, &mut dark);
         let mut fractions: Vec<Vec3> =
             dark.iter().map(|&is_dark| if is_dark { Vec3::ZERO } else { Vec3::ONE }).collect();
-        let panes = &self.stage.panes;
+        let panes = &self.context.panes;
         let blocked: Vec<usize> = (0..rays.len()).filter(|&ray| dark[ray] && panes.may_be_on(&rays[ray])).collect();
         let again: Vec<Ray> = blocked.iter().map(|&ray| rays[ray]).collect();
         let mut hits = vec![None; again.len()];
@@ -160,7 +129,7 @@ impl<'a> Tracer<'a> {
         let mut fraction = Vec3::ONE;
         for pane in 1..=MOST_PANES {
             let Some(met) = hit else { return fraction };
-            let point = ShadingPoint::new(self.stage.frame, &met, direction);
+            let point = ShadingPoint::new(self.context.frame, &met, direction);
             let Some(passed) = scatter::passed(&point, -direction) else { return Vec3::ZERO };
             fraction *= passed;
             if pane < MOST_PANES {
@@ -170,29 +139,5 @@ impl<'a> Tracer<'a> {
             }
         }
         Vec3::ZERO
-    }
-}
-
-impl Stage<'_> {
-    /// A question with the filter, if there is anything with holes.
-    fn query<'b>(&'b self, filter: &'b (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Query<'b> {
-        let query = self.frame.view.query();
-        if self.has_alpha { query.filter(filter) } else { query }
-    }
-
-    /// As [`Stage::is_there`], for the rays from a number on.
-    fn is_there_in_run(&self, candidate: &Candidate<'_>, start: usize, salts: &(dyn Fn(usize) -> u32 + Sync)) -> bool {
-        self.is_there(candidate, salts(start + candidate.ray_index() as usize))
-    }
-
-    fn is_there(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
-        let frame = self.frame;
-        let instance = frame.view.instance_at(candidate.instance_index());
-        if Dress::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque {
-            return true;
-        }
-        let at = [candidate.u(), candidate.v()];
-        let presence = Dress::at(&frame.material_set, &instance, candidate.primitive(), at).presence();
-        is_there(presence, candidate.instance_index(), candidate.primitive(), at, salt)
     }
 }

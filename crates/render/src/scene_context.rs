@@ -1,0 +1,66 @@
+//! A frame made ready for rendering: its lights collected, its alpha-tested materials known.
+
+use kinetree::{Candidate, Query};
+
+use crate::dress::{Dress, is_there};
+use crate::lights::LightTable;
+use crate::panes::Panes;
+use crate::{Alpha, Frame};
+
+/// A frame, with all that is computed once before its first ray. Shared by all threads.
+pub struct SceneContext<'a> {
+    pub(crate) frame: &'a Frame,
+    pub(crate) lights: LightTable<'a>,
+    /// Whether any material has holes.
+    has_alpha: bool,
+    /// Where light may go straight through.
+    pub(crate) panes: Panes,
+}
+
+impl<'a> SceneContext<'a> {
+    /// Collects the lights of a frame; takes time in proportion to its emitting triangles.
+    pub fn new(frame: &'a Frame) -> Self {
+        let materials = &frame.material_set.materials;
+        Self {
+            frame,
+            lights: LightTable::new(frame),
+            has_alpha: materials.iter().any(|material| material.alpha != Alpha::Opaque),
+            panes: Panes::new(frame),
+        }
+    }
+
+    /// The frame.
+    pub fn frame(&self) -> &'a Frame {
+        self.frame
+    }
+}
+
+impl SceneContext<'_> {
+    /// A query with the filter, which is left out when no material has alpha.
+    pub(crate) fn query<'b>(&'b self, filter: &'b (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Query<'b> {
+        let query = self.frame.view.query();
+        if self.has_alpha { query.filter(filter) } else { query }
+    }
+
+    /// As [`SceneContext::is_there`], for a run of rays that begins at `start`.
+    pub(crate) fn is_there_in_run(
+        &self,
+        candidate: &Candidate<'_>,
+        start: usize,
+        salts: &(dyn Fn(usize) -> u32 + Sync),
+    ) -> bool {
+        self.is_there(candidate, salts(start + candidate.ray_index() as usize))
+    }
+
+    /// The filter: whether a candidate passes the alpha test of its material.
+    pub(crate) fn is_there(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
+        let frame = self.frame;
+        let instance = frame.view.instance_at(candidate.instance_index());
+        if Dress::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque {
+            return true;
+        }
+        let at = [candidate.u(), candidate.v()];
+        let presence = Dress::at(&frame.material_set, &instance, candidate.primitive(), at).presence();
+        is_there(presence, candidate.instance_index(), candidate.primitive(), at, salt)
+    }
+}
