@@ -30,14 +30,14 @@
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
 //! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
 //! | rays through a frame | `scene_context`, `tracer` |
-//! | what happens at a place | `dress`, `shading`, `scatter`, `panes` |
+//! | what happens at a place | `shading_attributes`, `shading`, `scatter`, `panes` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
 mod alike;
 mod camera;
 mod color;
-mod dress;
+mod shading_attributes;
 mod film;
 mod framing;
 mod integrate;

@@ -2,9 +2,9 @@
 
 use kinetree::{Candidate, Query};
 
-use crate::dress::{Dress, is_there};
 use crate::lights::LightTable;
 use crate::panes::Panes;
+use crate::shading_attributes::{ShadingAttributes, is_there};
 use crate::{Alpha, Frame};
 
 /// A frame, with all that is computed once before its first ray. Shared by all threads.
@@ -56,11 +56,12 @@ impl SceneContext<'_> {
     pub(crate) fn is_there(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
         let frame = self.frame;
         let instance = frame.view.instance_at(candidate.instance_index());
-        if Dress::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque {
+        if ShadingAttributes::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque
+        {
             return true;
         }
         let at = [candidate.u(), candidate.v()];
-        let presence = Dress::at(&frame.material_set, &instance, candidate.primitive(), at).presence();
+        let presence = ShadingAttributes::at(&frame.material_set, &instance, candidate.primitive(), at).presence();
         is_there(presence, candidate.instance_index(), candidate.primitive(), at, salt)
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use kinetree::{Affine, Hit, InstanceView, Ray};
 
-use crate::dress::Dress;
+use crate::shading_attributes::ShadingAttributes;
 use crate::{Frame, Material};
 
 /// A place on a surface, as seen from somewhere.
@@ -45,17 +45,17 @@ impl<'a> ShadingPoint<'a> {
         let facing = if front { geometric } else { -geometric };
         let normal = shading_normal(&instance, triangle, weights, facing);
 
-        let dress = Dress::at(&frame.material_set, &instance, hit.primitive, [hit.u, hit.v]);
-        let emits = front || dress.material.two_sided;
+        let attributes = ShadingAttributes::at(&frame.material_set, &instance, hit.primitive, [hit.u, hit.v]);
+        let emits = front || attributes.material.two_sided;
         Self {
             position: frame.view.position(hit).into(),
             above: frame.view.leave(hit, facing.into()).origin.into(),
             facing,
             normal,
             front,
-            material: dress.material,
-            color: dress.base_color(),
-            emission: if emits { dress.emission() } else { Vec3::ZERO },
+            material: attributes.material,
+            color: attributes.base_color(),
+            emission: if emits { attributes.emission() } else { Vec3::ZERO },
             instance: hit.instance_index(),
             primitive: hit.primitive,
             frame,

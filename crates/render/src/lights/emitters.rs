@@ -7,8 +7,8 @@ use kinetree::{InstanceView, Ray};
 
 use super::LightSample;
 use crate::color::luminance;
-use crate::dress::Dress;
 use crate::shading::geometric_normal;
+use crate::shading_attributes::ShadingAttributes;
 use crate::warp;
 use crate::{Frame, Surface};
 
@@ -71,12 +71,15 @@ impl Emitter {
         for row in 0..PROBES {
             for column in 0..PROBES - row {
                 let at = [(row as f32 + 1.0 / 3.0) / PROBES as f32, (column as f32 + 1.0 / 3.0) / PROBES as f32];
-                let dress = Dress::at(&frame.material_set, instance, primitive, at);
-                shine += luminance(dress.emission()) * dress.presence();
+                let attributes = ShadingAttributes::at(&frame.material_set, instance, primitive, at);
+                shine += luminance(attributes.emission()) * attributes.presence();
             }
         }
-        let sides =
-            if Dress::at(&frame.material_set, instance, primitive, [0.3; 2]).material.two_sided { 2.0 } else { 1.0 };
+        let sides = if ShadingAttributes::at(&frame.material_set, instance, primitive, [0.3; 2]).material.two_sided {
+            2.0
+        } else {
+            1.0
+        };
         let power = shine / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
         (power > 0.0 && power.is_finite()).then_some(Self {
             instance: instance.index(),
@@ -104,15 +107,15 @@ impl Emitter {
         let at = a * (1.0 - v - w) + b * v + c * w;
         let front = self.normal.dot(from - at) > 0.0;
         let instance = frame.view.instance_at(self.instance);
-        let dress = Dress::at(&frame.material_set, &instance, self.primitive, [v, w]);
-        if !front && !dress.material.two_sided {
+        let attributes = ShadingAttributes::at(&frame.material_set, &instance, self.primitive, [v, w]);
+        if !front && !attributes.material.two_sided {
             return None;
         }
         let density = self.density(from, at);
         let direction = (at - from).normalize();
         let ray = Ray::new(from.into(), direction.into());
         let distance = distance_to(&instance, self.primitive, self.corners, &ray)? * SHORT_OF;
-        let radiance = dress.emission() * dress.presence();
+        let radiance = attributes.emission() * attributes.presence();
         (density > 0.0 && distance > 0.0).then_some(LightSample {
             direction,
             distance,

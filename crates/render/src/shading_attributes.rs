@@ -10,20 +10,20 @@ use crate::sampler::{combine, unit_hash};
 use crate::{Alpha, Material, MaterialSet, Texture, TextureRef};
 
 /// What is worn where nothing is given.
-static WHITE: LazyLock<Material> = LazyLock::new(Material::default);
+static DEFAULT_MATERIAL: LazyLock<Material> = LazyLock::new(Material::default);
 
 /// A place on a triangle, dressed.
 #[derive(Clone, Copy)]
-pub(crate) struct Dress<'a> {
+pub(crate) struct ShadingAttributes<'a> {
     textures: &'a [Texture],
     /// What the triangle is made of.
     pub(crate) material: &'a Material,
     uv: [f32; 2],
     /// The vertex colours, blended.
-    tint: Vec4,
+    vertex_color: Vec4,
 }
 
-impl<'a> Dress<'a> {
+impl<'a> ShadingAttributes<'a> {
     /// The place with weights `u` and `v` of the second and third corner.
     pub(crate) fn at(
         material_set: &'a MaterialSet,
@@ -32,17 +32,19 @@ impl<'a> Dress<'a> {
         [u, v]: [f32; 2],
     ) -> Self {
         let material = Self::material_at(material_set, instance, primitive);
-        let mut dress = Self { textures: &material_set.textures, material, uv: [0.0; 2], tint: Vec4::ONE };
-        let Some(surface) = material_set.surfaces.get(instance.user_id() as usize) else { return dress };
+        let mut attributes = Self { textures: &material_set.textures, material, uv: [0.0; 2], vertex_color: Vec4::ONE };
+        let Some(surface) = material_set.surfaces.get(instance.user_id() as usize) else { return attributes };
         let corners = instance.triangles()[primitive as usize].map(|vertex| vertex as usize);
         let weights = [1.0 - u - v, u, v];
         if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.uvs.get(vertex)) {
-            dress.uv = (Vec2::from(*a) * weights[0] + Vec2::from(*b) * weights[1] + Vec2::from(*c) * weights[2]).into();
+            attributes.uv =
+                (Vec2::from(*a) * weights[0] + Vec2::from(*b) * weights[1] + Vec2::from(*c) * weights[2]).into();
         }
         if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.colors.get(vertex)) {
-            dress.tint = Vec4::from(*a) * weights[0] + Vec4::from(*b) * weights[1] + Vec4::from(*c) * weights[2];
+            attributes.vertex_color =
+                Vec4::from(*a) * weights[0] + Vec4::from(*b) * weights[1] + Vec4::from(*c) * weights[2];
         }
-        dress
+        attributes
     }
 
     /// What a triangle is made of.
@@ -53,7 +55,7 @@ impl<'a> Dress<'a> {
     ) -> &'a Material {
         let surface = material_set.surfaces.get(instance.user_id() as usize);
         let material = surface.and_then(|surface| surface.material_of(primitive));
-        material.and_then(|id| material_set.materials.get(id as usize)).unwrap_or(&WHITE)
+        material.and_then(|id| material_set.materials.get(id as usize)).unwrap_or(&DEFAULT_MATERIAL)
     }
 
     fn texture(&self, reference: &Option<TextureRef>) -> Vec4 {
@@ -62,7 +64,8 @@ impl<'a> Dress<'a> {
 
     /// Linear RGB, each in 0..=1.
     pub(crate) fn base_color(&self) -> Vec3 {
-        let color = Vec4::from(self.material.base_color) * self.tint * self.texture(&self.material.base_color_texture);
+        let color =
+            Vec4::from(self.material.base_color) * self.vertex_color * self.texture(&self.material.base_color_texture);
         reflectance(color.truncate().into())
     }
 
@@ -75,7 +78,7 @@ impl<'a> Dress<'a> {
     }
 
     fn alpha(&self) -> f32 {
-        self.material.base_color[3] * self.tint.w * self.texture(&self.material.base_color_texture).w
+        self.material.base_color[3] * self.vertex_color.w * self.texture(&self.material.base_color_texture).w
     }
 
     /// How likely the surface is there at all, in 0..=1.
