@@ -4,7 +4,7 @@ use kinetree::{Candidate, Query};
 
 use crate::lights::LightTable;
 use crate::panes::Panes;
-use crate::shading_attributes::{ShadingAttributes, is_there};
+use crate::shading_attributes::{ShadingAttributes, alpha_test};
 use crate::{Alpha, Frame};
 
 /// A frame, with all that is computed once before its first ray. Shared by all threads.
@@ -42,18 +42,18 @@ impl SceneContext<'_> {
         if self.has_alpha { query.filter(filter) } else { query }
     }
 
-    /// As [`SceneContext::is_there`], for a run of rays that begins at `start`.
-    pub(crate) fn is_there_in_run(
+    /// As [`SceneContext::passes_alpha_test`], for a run of rays that begins at `start`.
+    pub(crate) fn passes_alpha_test_in_run(
         &self,
         candidate: &Candidate<'_>,
         start: usize,
         salts: &(dyn Fn(usize) -> u32 + Sync),
     ) -> bool {
-        self.is_there(candidate, salts(start + candidate.ray_index() as usize))
+        self.passes_alpha_test(candidate, salts(start + candidate.ray_index() as usize))
     }
 
     /// The filter: whether a candidate passes the alpha test of its material.
-    pub(crate) fn is_there(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
+    pub(crate) fn passes_alpha_test(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
         let frame = self.frame;
         let instance = frame.view.instance_at(candidate.instance_index());
         if ShadingAttributes::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque
@@ -61,7 +61,7 @@ impl SceneContext<'_> {
             return true;
         }
         let at = [candidate.u(), candidate.v()];
-        let presence = ShadingAttributes::at(&frame.material_set, &instance, candidate.primitive(), at).presence();
-        is_there(presence, candidate.instance_index(), candidate.primitive(), at, salt)
+        let opacity = ShadingAttributes::at(&frame.material_set, &instance, candidate.primitive(), at).opacity();
+        alpha_test(opacity, candidate.instance_index(), candidate.primitive(), at, salt)
     }
 }

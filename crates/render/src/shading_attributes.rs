@@ -82,7 +82,7 @@ impl<'a> ShadingAttributes<'a> {
     }
 
     /// How likely the surface is there at all, in 0..=1.
-    pub(crate) fn presence(&self) -> f32 {
+    pub(crate) fn opacity(&self) -> f32 {
         match self.material.alpha {
             Alpha::Opaque => 1.0,
             Alpha::Mask { cutoff } => f32::from(u8::from(self.alpha() >= cutoff)),
@@ -91,14 +91,14 @@ impl<'a> ShadingAttributes<'a> {
     }
 }
 
-/// Decides whether a surface is there: as likely as its presence says, by a hash of the place and of the sample's salt, so
+/// Decides whether a surface is there: as likely as its opacity says, by a hash of the place and of the sample's salt, so
 /// that all who ask about one place within one sample are told the same.
-pub(crate) fn is_there(presence: f32, instance: u32, primitive: u32, [u, v]: [f32; 2], salt: u32) -> bool {
-    if presence <= 0.0 || presence >= 1.0 {
-        return presence > 0.0;
+pub(crate) fn alpha_test(opacity: f32, instance: u32, primitive: u32, [u, v]: [f32; 2], salt: u32) -> bool {
+    if opacity <= 0.0 || opacity >= 1.0 {
+        return opacity > 0.0;
     }
     let place = combine(combine(instance, primitive), combine(u.to_bits(), v.to_bits()));
-    unit_hash(combine(place, salt)) < presence
+    unit_hash(combine(place, salt)) < opacity
 }
 
 #[cfg(test)]
@@ -107,11 +107,11 @@ mod tests {
 
     #[test]
     fn a_blended_surface_is_there_as_often_as_its_alpha_says() {
-        let count = (0..100_000).filter(|&salt| is_there(0.3, 1, 2, [0.25, 0.5], salt)).count();
+        let count = (0..100_000).filter(|&salt| alpha_test(0.3, 1, 2, [0.25, 0.5], salt)).count();
         // Five standard deviations of a binomial are 725.
         assert!(count.abs_diff(30_000) < 725, "{count}");
         assert!(
-            (0..1000).all(|salt| is_there(1.0, 1, 2, [0.25, 0.5], salt) && !is_there(0.0, 1, 2, [0.25, 0.5], salt))
+            (0..1000).all(|salt| alpha_test(1.0, 1, 2, [0.25, 0.5], salt) && !alpha_test(0.0, 1, 2, [0.25, 0.5], salt))
         );
     }
 }

@@ -44,20 +44,24 @@ impl<'a> Tracer<'a> {
     /// What a ray hits first; surfaces with holes are there or not as their alpha says.
     pub fn closest_hit(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
-        self.context.query(&|candidate: &Candidate<'_>| self.context.is_there(candidate, self.salt)).closest_hit(ray)
+        self.context
+            .query(&|candidate: &Candidate<'_>| self.context.passes_alpha_test(candidate, self.salt))
+            .closest_hit(ray)
     }
 
     /// As [`Tracer::closest_hit`], and counts the work that it took.
     pub fn closest_hit_counted(&mut self, ray: &Ray, work: &mut Work) -> Option<Hit> {
         self.rays += 1;
-        let filter = |candidate: &Candidate<'_>| self.context.is_there(candidate, self.salt);
+        let filter = |candidate: &Candidate<'_>| self.context.passes_alpha_test(candidate, self.salt);
         self.context.query(&filter).closest_hit_counted(ray, work)
     }
 
     /// Whether anything at all lies on a ray.
     pub fn occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        self.context.query(&|candidate: &Candidate<'_>| self.context.is_there(candidate, self.salt)).occluded(ray)
+        self.context
+            .query(&|candidate: &Candidate<'_>| self.context.passes_alpha_test(candidate, self.salt))
+            .occluded(ray)
     }
 
     /// What each of many rays hits first. Rays are of different samples; `salts` gives the salt of each.
@@ -68,7 +72,7 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
         self.rays += rays.len() as u64;
         for (run, coherence) in alike::runs(rays) {
-            let filter = |candidate: &Candidate<'_>| self.context.is_there_in_run(candidate, run.start, salts);
+            let filter = |candidate: &Candidate<'_>| self.context.passes_alpha_test_in_run(candidate, run.start, salts);
             self.context.query(&filter).closest_hits(&rays[run.clone()], &mut hits[run.clone()], coherence);
         }
     }
@@ -81,7 +85,7 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
         self.rays += rays.len() as u64;
         for (run, coherence) in alike::runs(rays) {
-            let filter = |candidate: &Candidate<'_>| self.context.is_there_in_run(candidate, run.start, salts);
+            let filter = |candidate: &Candidate<'_>| self.context.passes_alpha_test_in_run(candidate, run.start, salts);
             self.context.query(&filter).occluded_each(&rays[run.clone()], &mut answers[run.clone()], coherence);
         }
     }

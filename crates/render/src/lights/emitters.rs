@@ -53,7 +53,7 @@ fn runs(surface: &Surface, count: u32) -> impl Iterator<Item = (std::ops::Range<
     surface.parts.iter().zip(ends).map(move |(part, end)| (part.first_triangle..end.min(count), part.material))
 }
 
-/// Side of the triangle of places at which emission and presence are looked up to estimate a triangle's power.
+/// Side of the triangle of places at which emission and opacity are looked up to estimate a triangle's power.
 const PROBES: u32 = 4;
 
 impl Emitter {
@@ -72,7 +72,7 @@ impl Emitter {
             for column in 0..PROBES - row {
                 let at = [(row as f32 + 1.0 / 3.0) / PROBES as f32, (column as f32 + 1.0 / 3.0) / PROBES as f32];
                 let attributes = ShadingAttributes::at(&frame.material_set, instance, primitive, at);
-                shine += luminance(attributes.emission()) * attributes.presence();
+                shine += luminance(attributes.emission()) * attributes.opacity();
             }
         }
         let sides = if ShadingAttributes::at(&frame.material_set, instance, primitive, [0.3; 2]).material.two_sided {
@@ -115,7 +115,7 @@ impl Emitter {
         let direction = (at - from).normalize();
         let ray = Ray::new(from.into(), direction.into());
         let distance = distance_to(&instance, self.primitive, self.corners, &ray)? * SHORT_OF;
-        let radiance = attributes.emission() * attributes.presence();
+        let radiance = attributes.emission() * attributes.opacity();
         (density > 0.0 && distance > 0.0).then_some(LightSample {
             direction,
             distance,
