@@ -30,7 +30,7 @@
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
 //! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
 //! | rays through a frame | `scene_context`, `tracer` |
-//! | what happens at a place | `shading_attributes`, `shading`, `scatter`, `panes` |
+//! | what happens at a place | `shading_attributes`, `shading`, `scatter`, `thin_glass` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
@@ -46,7 +46,7 @@ mod lighting;
 mod lights;
 mod materials;
 mod metering;
-mod panes;
+mod thin_glass;
 mod render;
 mod sampler;
 mod scatter;

@@ -3,8 +3,8 @@
 use kinetree::{Candidate, Query};
 
 use crate::lights::LightTable;
-use crate::panes::Panes;
 use crate::shading_attributes::{ShadingAttributes, alpha_test};
+use crate::thin_glass::ThinGlass;
 use crate::{Alpha, Frame};
 
 /// A frame, with all that is computed once before its first ray. Shared by all threads.
@@ -14,7 +14,7 @@ pub struct SceneContext<'a> {
     /// Whether any material has holes.
     has_alpha: bool,
     /// Where light may go straight through.
-    pub(crate) panes: Panes,
+    pub(crate) thin_glass: ThinGlass,
 }
 
 impl<'a> SceneContext<'a> {
@@ -25,7 +25,7 @@ impl<'a> SceneContext<'a> {
             frame,
             lights: LightTable::new(frame),
             has_alpha: materials.iter().any(|material| material.alpha != Alpha::Opaque),
-            panes: Panes::new(frame),
+            thin_glass: ThinGlass::new(frame),
         }
     }
 

@@ -15,7 +15,7 @@ pub struct Tracer<'a> {
 }
 
 /// After so many panes a shadow ray counts as blocked.
-const MOST_PANES: u32 = 64;
+const MAX_THIN_GLASS: u32 = 64;
 
 /// A shadow ray goes on at this multiple of the distance to a pane: what is nearer is the pane itself.
 const BEYOND: f32 = 1.0 + 4.0 * f32::EPSILON;
@@ -102,11 +102,11 @@ impl<'a> Tracer<'a> {
         if !self.occluded(ray) {
             return Vec3::ONE;
         }
-        if !self.context.panes.may_be_on(ray) {
+        if !self.context.thin_glass.may_intersect(ray) {
             return Vec3::ZERO;
         }
         let first = self.closest_hit(ray);
-        self.through_panes(*ray, first)
+        self.through_thin_glass(*ray, first)
     }
 
     /// As [`Tracer::transmitted`], of many rays.
@@ -115,28 +115,29 @@ impl<'a> Tracer<'a> {
         self.occluded_each(rays, salts, &mut dark);
         let mut fractions: Vec<Vec3> =
             dark.iter().map(|&is_dark| if is_dark { Vec3::ZERO } else { Vec3::ONE }).collect();
-        let panes = &self.context.panes;
-        let blocked: Vec<usize> = (0..rays.len()).filter(|&ray| dark[ray] && panes.may_be_on(&rays[ray])).collect();
+        let thin_glass = &self.context.thin_glass;
+        let blocked: Vec<usize> =
+            (0..rays.len()).filter(|&ray| dark[ray] && thin_glass.may_intersect(&rays[ray])).collect();
         let again: Vec<Ray> = blocked.iter().map(|&ray| rays[ray]).collect();
         let mut hits = vec![None; again.len()];
         self.closest_hits(&again, &|ray| salts(blocked[ray]), &mut hits);
         for ((ray, hit), &place) in again.iter().zip(hits).zip(&blocked) {
             self.salt = salts(place);
-            fractions[place] = self.through_panes(*ray, hit);
+            fractions[place] = self.through_thin_glass(*ray, hit);
         }
         fractions
     }
 
     /// `hit` is what the ray hits first.
-    fn through_panes(&mut self, mut ray: Ray, mut hit: Option<Hit>) -> Vec3 {
+    fn through_thin_glass(&mut self, mut ray: Ray, mut hit: Option<Hit>) -> Vec3 {
         let direction = Vec3::from(ray.direction);
         let mut fraction = Vec3::ONE;
-        for pane in 1..=MOST_PANES {
+        for count in 1..=MAX_THIN_GLASS {
             let Some(met) = hit else { return fraction };
             let point = ShadingPoint::new(self.context.frame, &met, direction);
             let Some(passed) = scatter::passed(&point, -direction) else { return Vec3::ZERO };
             fraction *= passed;
-            if pane < MOST_PANES {
+            if count < MAX_THIN_GLASS {
                 // The same ray, so that it ends where it was to end.
                 ray = ray.with_range(met.t * BEYOND, ray.t_max);
                 hit = self.closest_hit(&ray);

@@ -11,27 +11,28 @@ const MOST_BOXES: usize = 16;
 /// By how much boxes are enlarged, as a share of the largest number in sight: far more than hits can err.
 const MARGIN: f64 = 1e-4;
 
-/// Boxes in the world around all panes.
+/// Boxes in the world around all thin_glass.
 #[derive(Debug, Default)]
-pub(crate) struct Panes {
+pub(crate) struct ThinGlass {
     boxes: Vec<Aabb>,
 }
 
-impl Panes {
+impl ThinGlass {
     /// Those of all instances; takes time in proportion to the triangles of instances that have any.
     pub(crate) fn new(frame: &Frame) -> Self {
         let materials = &frame.material_set.materials;
-        let is_pane = |material: Option<u32>| {
+        let is_thin_glass = |material: Option<u32>| {
             let material = material.and_then(|id| materials.get(id as usize));
             material.is_some_and(|material| matches!(material.scatter, Scatter::ThinDielectric { .. }))
         };
         let mut boxes = Vec::new();
         for instance in frame.view.instances() {
             let Some(surface) = frame.material_set.surfaces.get(instance.user_id() as usize) else { continue };
-            if !surface.parts.iter().any(|part| is_pane(Some(part.material))) {
+            if !surface.parts.iter().any(|part| is_thin_glass(Some(part.material))) {
                 continue;
             }
-            let panes = (0_u32..).zip(instance.triangles()).filter(|&(number, _)| is_pane(surface.material_of(number)));
+            let panes =
+                (0_u32..).zip(instance.triangles()).filter(|&(number, _)| is_thin_glass(surface.material_of(number)));
             let corners = panes.flat_map(|(_, corners)| corners.map(|corner| instance.positions()[corner as usize]));
             let bounds = Aabb::from_points(corners.map(|corner| instance.world_from_object().transform_point(corner)));
             if !bounds.is_empty() {
@@ -45,13 +46,13 @@ impl Panes {
     }
 
     /// Whether a ray may meet a pane. If it says no, the ray meets none.
-    pub(crate) fn may_be_on(&self, ray: &Ray) -> bool {
-        self.boxes.iter().any(|bounds| may_enter(ray, bounds))
+    pub(crate) fn may_intersect(&self, ray: &Ray) -> bool {
+        self.boxes.iter().any(|bounds| may_intersect_box(ray, bounds))
     }
 }
 
 /// In double precision; what is no number rules nothing out.
-fn may_enter(ray: &Ray, bounds: &Aabb) -> bool {
+fn may_intersect_box(ray: &Ray, bounds: &Aabb) -> bool {
     let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
     let (origin, direction) = (wide(ray.origin), wide(ray.direction));
     let (low, high) = (wide(bounds.min), wide(bounds.max));
@@ -84,16 +85,17 @@ mod tests {
             let (origin, target) = (vector(seed + 2) * 1e3, low + size * (vector(seed + 3) + 0.5));
             let ray = Ray::new(origin.into(), (target - origin).normalize().into());
             let ray = ray.with_range(0.0, origin.distance(target));
-            assert!(may_enter(&ray, &bounds), "seed {seed}");
+            assert!(may_intersect_box(&ray, &bounds), "seed {seed}");
             let short = ray.with_range(0.0, 0.5 * ray.t_max);
-            missed += usize::from(!may_enter(&short, &bounds));
-            missed += usize::from(!may_enter(&Ray::new(ray.origin, vector(seed + 4).normalize().into()), &bounds));
+            missed += usize::from(!may_intersect_box(&short, &bounds));
+            missed +=
+                usize::from(!may_intersect_box(&Ray::new(ray.origin, vector(seed + 4).normalize().into()), &bounds));
         }
         assert!(missed > 50_000, "{missed}");
         let flat = Aabb::new([0.0; 3], [1.0, 1.0, 0.0]);
         assert!(
-            may_enter(&Ray::new([0.0; 3], [1.0, 0.0, 0.0]), &flat)
-                && may_enter(&Ray::new([f32::NAN; 3], [1.0; 3]), &flat)
+            may_intersect_box(&Ray::new([0.0; 3], [1.0, 0.0, 0.0]), &flat)
+                && may_intersect_box(&Ray::new([f32::NAN; 3], [1.0; 3]), &flat)
         );
     }
 }
