@@ -1,4 +1,5 @@
-//! What a place on a triangle wears: its material, and the colours there.
+//! Material, texture coordinates and vertex colour at a point of a triangle, and the textures
+//! evaluated there.
 
 use std::sync::LazyLock;
 
@@ -9,22 +10,23 @@ use crate::color::{bounded, cleaned, reflectance};
 use crate::sampler::{combine, unit_hash};
 use crate::{Alpha, Material, MaterialSet, Texture, TextureRef};
 
-/// What is worn where nothing is given.
+/// The material of triangles that have none.
 static DEFAULT_MATERIAL: LazyLock<Material> = LazyLock::new(Material::default);
 
-/// A place on a triangle, dressed.
+/// What shading needs to know about a point of a triangle, beside its geometry.
 #[derive(Clone, Copy)]
 pub(crate) struct ShadingAttributes<'a> {
     textures: &'a [Texture],
-    /// What the triangle is made of.
+    /// The material of the triangle.
     pub(crate) material: &'a Material,
     uv: [f32; 2],
-    /// The vertex colours, blended.
+    /// The interpolated vertex colour, linear RGBA.
     vertex_color: Vec4,
 }
 
 impl<'a> ShadingAttributes<'a> {
-    /// The place with weights `u` and `v` of the second and third corner.
+    /// The attributes at barycentric coordinates `u` and `v`, the weights of the second and third
+    /// vertex.
     pub(crate) fn at(
         material_set: &'a MaterialSet,
         instance: &InstanceView<'_>,
@@ -47,7 +49,7 @@ impl<'a> ShadingAttributes<'a> {
         attributes
     }
 
-    /// What a triangle is made of.
+    /// The material of a triangle.
     pub(crate) fn material_at(
         material_set: &'a MaterialSet,
         instance: &InstanceView<'_>,
@@ -62,7 +64,7 @@ impl<'a> ShadingAttributes<'a> {
         reference.map_or(Vec4::ONE, |reference| reference.lookup(self.textures, self.uv).into())
     }
 
-    /// Linear RGB, each in 0..=1.
+    /// Reflectance, linear RGB, each channel in 0..=1.
     pub(crate) fn base_color(&self) -> Vec3 {
         let color =
             Vec4::from(self.material.base_color) * self.vertex_color * self.texture(&self.material.base_color_texture);
@@ -81,7 +83,8 @@ impl<'a> ShadingAttributes<'a> {
         self.material.base_color[3] * self.vertex_color.w * self.texture(&self.material.base_color_texture).w
     }
 
-    /// How likely the surface is there at all, in 0..=1.
+    /// The probability that a ray hits the surface at this point, in 0..=1, by the alpha mode of
+    /// the material.
     pub(crate) fn opacity(&self) -> f32 {
         match self.material.alpha {
             Alpha::Opaque => 1.0,
@@ -91,14 +94,16 @@ impl<'a> ShadingAttributes<'a> {
     }
 }
 
-/// Decides whether a surface is there: as likely as its opacity says, by a hash of the place and of the sample's salt, so
-/// that all who ask about one place within one sample are told the same.
+/// Stochastic alpha test: whether a ray hits a surface of some opacity, with that probability.
+///
+/// The random number is a hash of the point and of the sample's salt, so that all rays of one
+/// sample that meet the same point get the same answer.
 pub(crate) fn alpha_test(opacity: f32, instance: u32, primitive: u32, [u, v]: [f32; 2], salt: u32) -> bool {
     if opacity <= 0.0 || opacity >= 1.0 {
         return opacity > 0.0;
     }
-    let place = combine(combine(instance, primitive), combine(u.to_bits(), v.to_bits()));
-    unit_hash(combine(place, salt)) < opacity
+    let point = combine(combine(instance, primitive), combine(u.to_bits(), v.to_bits()));
+    unit_hash(combine(point, salt)) < opacity
 }
 
 #[cfg(test)]
@@ -106,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_blended_surface_is_there_as_often_as_its_alpha_says() {
+    fn a_blended_surface_is_hit_as_often_as_its_alpha_says() {
         let count = (0..100_000).filter(|&salt| alpha_test(0.3, 1, 2, [0.25, 0.5], salt)).count();
         // Five standard deviations of a binomial are 725.
         assert!(count.abs_diff(30_000) < 725, "{count}");

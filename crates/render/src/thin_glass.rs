@@ -1,24 +1,27 @@
-//! Where the panes of a frame are: a shadow ray that is blocked and passes none of these places need not be asked what blocks it.
+//! Bounds of all thin glass in a frame. A shadow ray that is blocked and misses these boxes is
+//! blocked by something opaque, so its closest hit need not be found.
 
 use glam::{DVec3, Vec3};
 use kinetree::{Aabb, Ray};
 
 use crate::{Frame, Scatter};
 
-/// Of more boxes than this, one is made.
-const MOST_BOXES: usize = 16;
+/// More boxes than this are merged into one.
+const MAX_BOXES: usize = 16;
 
-/// By how much boxes are enlarged, as a share of the largest number in sight: far more than hits can err.
+/// By how much boxes are enlarged, relative to the largest coordinate of box and ray origin: far
+/// more than the error of a hit.
 const MARGIN: f64 = 1e-4;
 
-/// Boxes in the world around all thin_glass.
+/// World-space boxes around all triangles whose material is thin glass.
 #[derive(Debug, Default)]
 pub(crate) struct ThinGlass {
     boxes: Vec<Aabb>,
 }
 
 impl ThinGlass {
-    /// Those of all instances; takes time in proportion to the triangles of instances that have any.
+    /// Finds them in all instances, in time proportional to the triangles of those that have any
+    /// thin glass.
     pub(crate) fn new(frame: &Frame) -> Self {
         let materials = &frame.material_set.materials;
         let is_thin_glass = |material: Option<u32>| {
@@ -31,27 +34,29 @@ impl ThinGlass {
             if !surface.parts.iter().any(|part| is_thin_glass(Some(part.material))) {
                 continue;
             }
-            let panes =
+            let triangles =
                 (0_u32..).zip(instance.triangles()).filter(|&(number, _)| is_thin_glass(surface.material_of(number)));
-            let corners = panes.flat_map(|(_, corners)| corners.map(|corner| instance.positions()[corner as usize]));
+            let corners =
+                triangles.flat_map(|(_, corners)| corners.map(|corner| instance.positions()[corner as usize]));
             let bounds = Aabb::from_points(corners.map(|corner| instance.world_from_object().transform_point(corner)));
             if !bounds.is_empty() {
                 boxes.push(bounds);
             }
         }
-        if boxes.len() > MOST_BOXES {
+        if boxes.len() > MAX_BOXES {
             boxes = boxes.iter().copied().reduce(|all, one| all.union(&one)).into_iter().collect();
         }
         Self { boxes }
     }
 
-    /// Whether a ray may meet a pane. If it says no, the ray meets none.
+    /// Whether a ray may hit thin glass: conservative, `false` means that it does not.
     pub(crate) fn may_intersect(&self, ray: &Ray) -> bool {
         self.boxes.iter().any(|bounds| may_intersect_box(ray, bounds))
     }
 }
 
-/// In double precision; what is no number rules nothing out.
+/// Conservative slab test in double precision; an axis whose slab gives NaN does not restrict the
+/// interval.
 fn may_intersect_box(ray: &Ray, bounds: &Aabb) -> bool {
     let wide = |vector: [f32; 3]| Vec3::from(vector).as_dvec3();
     let (origin, direction) = (wide(ray.origin), wide(ray.direction));
@@ -76,7 +81,7 @@ mod tests {
     use crate::sampler::unit_hash;
 
     #[test]
-    fn a_ray_to_a_place_in_a_box_is_never_ruled_out() {
+    fn a_ray_to_a_point_in_a_box_is_never_ruled_out() {
         let vector = |seed: u32| Vec3::new(unit_hash(seed), unit_hash(seed ^ 0x100), unit_hash(seed ^ 0x200)) - 0.5;
         let mut missed = 0;
         for seed in (0..30_000).map(|seed| seed * 0x1000) {

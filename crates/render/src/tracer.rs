@@ -9,15 +9,16 @@ use crate::{SceneContext, alike, scatter};
 /// Traces rays through a frame, and counts them. Each thread has its own.
 pub struct Tracer<'a> {
     context: &'a SceneContext<'a>,
-    /// Decides, for one sample, where blended surfaces are.
+    /// Seeds the stochastic alpha test: the same for all rays of one sample.
     salt: u32,
     rays: u64,
 }
 
-/// After so many panes a shadow ray counts as blocked.
+/// After so many hits on thin glass a shadow ray counts as blocked.
 const MAX_THIN_GLASS: u32 = 64;
 
-/// A shadow ray goes on at this multiple of the distance to a pane: what is nearer is the pane itself.
+/// Behind thin glass a shadow ray starts again at this multiple of the distance to it, so that it
+/// does not hit the same triangle again.
 const BEYOND: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 impl<'a> Tracer<'a> {
@@ -26,7 +27,7 @@ impl<'a> Tracer<'a> {
         Self { context, salt: 0, rays: 0 }
     }
 
-    /// Begins another sample: blended surfaces are decided anew.
+    /// Begins another sample, with its own salt for the stochastic alpha test.
     pub fn begin_sample(&mut self, salt: u32) {
         self.salt = salt;
     }
@@ -36,12 +37,12 @@ impl<'a> Tracer<'a> {
         self.context
     }
 
-    /// Rays asked so far.
+    /// The number of rays traced so far.
     pub fn rays(&self) -> u64 {
         self.rays
     }
 
-    /// What a ray hits first; surfaces with holes are there or not as their alpha says.
+    /// The closest hit of a ray, with the alpha test of the materials.
     pub fn closest_hit(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
         self.context
@@ -49,14 +50,14 @@ impl<'a> Tracer<'a> {
             .closest_hit(ray)
     }
 
-    /// As [`Tracer::closest_hit`], and counts the work that it took.
+    /// As [`Tracer::closest_hit`], and adds the nodes and triangles tested to `work`.
     pub fn closest_hit_counted(&mut self, ray: &Ray, work: &mut Work) -> Option<Hit> {
         self.rays += 1;
         let filter = |candidate: &Candidate<'_>| self.context.passes_alpha_test(candidate, self.salt);
         self.context.query(&filter).closest_hit_counted(ray, work)
     }
 
-    /// Whether anything at all lies on a ray.
+    /// Whether a ray hits anything, thin glass included, with the alpha test of the materials.
     pub fn occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
         self.context
@@ -64,7 +65,8 @@ impl<'a> Tracer<'a> {
             .occluded(ray)
     }
 
-    /// What each of many rays hits first. Rays are of different samples; `salts` gives the salt of each.
+    /// The closest hit of each ray. Rays may belong to different samples: `salts` gives the salt of
+    /// the ray with an index.
     ///
     /// # Panics
     /// When there are not as many hits as rays.
@@ -77,7 +79,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Whether anything at all lies on each of many rays, as for [`Tracer::closest_hits`].
+    /// Whether each ray hits anything, with salts as for [`Tracer::closest_hits`].
     ///
     /// # Panics
     /// When there are not as many answers as rays.
@@ -96,9 +98,9 @@ impl<'a> Tracer<'a> {
         Some(ShadingPoint::new(self.context.frame, &hit, ray.direction.into()))
     }
 
-    /// The fraction of light that comes straight along a ray of unit direction, against its direction: all, nothing, or
-    /// what panes let through.
-    pub(crate) fn transmitted(&mut self, ray: &Ray) -> Vec3 {
+    /// The transmittance of a shadow ray of unit direction: one, zero, or the product of what the
+    /// thin glass on its way lets through.
+    pub(crate) fn transmittance(&mut self, ray: &Ray) -> Vec3 {
         if !self.occluded(ray) {
             return Vec3::ONE;
         }
@@ -109,11 +111,11 @@ impl<'a> Tracer<'a> {
         self.through_thin_glass(*ray, first)
     }
 
-    /// As [`Tracer::transmitted`], of many rays.
-    pub(crate) fn transmitted_each(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync)) -> Vec<Vec3> {
+    /// As [`Tracer::transmittance`], of many rays.
+    pub(crate) fn transmittances(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync)) -> Vec<Vec3> {
         let mut dark = vec![false; rays.len()];
         self.occluded_each(rays, salts, &mut dark);
-        let mut fractions: Vec<Vec3> =
+        let mut transmittances: Vec<Vec3> =
             dark.iter().map(|&is_dark| if is_dark { Vec3::ZERO } else { Vec3::ONE }).collect();
         let thin_glass = &self.context.thin_glass;
         let blocked: Vec<usize> =
@@ -121,25 +123,25 @@ impl<'a> Tracer<'a> {
         let again: Vec<Ray> = blocked.iter().map(|&ray| rays[ray]).collect();
         let mut hits = vec![None; again.len()];
         self.closest_hits(&again, &|ray| salts(blocked[ray]), &mut hits);
-        for ((ray, hit), &place) in again.iter().zip(hits).zip(&blocked) {
-            self.salt = salts(place);
-            fractions[place] = self.through_thin_glass(*ray, hit);
+        for ((ray, hit), &index) in again.iter().zip(hits).zip(&blocked) {
+            self.salt = salts(index);
+            transmittances[index] = self.through_thin_glass(*ray, hit);
         }
-        fractions
+        transmittances
     }
 
-    /// `hit` is what the ray hits first.
+    /// The transmittance of a ray whose closest hit is `hit`.
     fn through_thin_glass(&mut self, mut ray: Ray, mut hit: Option<Hit>) -> Vec3 {
         let direction = Vec3::from(ray.direction);
-        let mut fraction = Vec3::ONE;
+        let mut transmittance = Vec3::ONE;
         for count in 1..=MAX_THIN_GLASS {
-            let Some(met) = hit else { return fraction };
-            let point = ShadingPoint::new(self.context.frame, &met, direction);
-            let Some(passed) = scatter::passed(&point, -direction) else { return Vec3::ZERO };
-            fraction *= passed;
+            let Some(glass) = hit else { return transmittance };
+            let point = ShadingPoint::new(self.context.frame, &glass, direction);
+            let Some(transmitted) = scatter::straight_transmittance(&point, -direction) else { return Vec3::ZERO };
+            transmittance *= transmitted;
             if count < MAX_THIN_GLASS {
-                // The same ray, so that it ends where it was to end.
-                ray = ray.with_range(met.t * BEYOND, ray.t_max);
+                // The origin stays, so that `t_max` still is the distance to the light.
+                ray = ray.with_range(glass.t * BEYOND, ray.t_max);
                 hit = self.closest_hit(&ray);
             }
         }

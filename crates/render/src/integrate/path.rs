@@ -78,7 +78,7 @@ impl Integrator for Path {
             let point = tracer.see(&ray);
             let (questions, next) = self.arrive(context, &mut walk, (&ray, point.as_ref()), sampler, bounce);
             for question in questions.iter().flatten() {
-                walk.take(question, tracer.transmitted(&question.ray));
+                walk.take(question, tracer.transmittance(&question.ray));
             }
             let Some(next) = next else { break };
             ray = next;

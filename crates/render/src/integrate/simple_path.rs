@@ -36,7 +36,8 @@ impl Integrator for SimplePath {
                 for light in lights.deltas(point.origin(point.facing)) {
                     let (scattered, _) = scatter::evaluate(&point, light.direction);
                     if scattered != Vec3::ZERO {
-                        let arriving = tracer.transmitted(&point.ray(light.direction, light.distance)) * light.radiance;
+                        let arriving =
+                            tracer.transmittance(&point.ray(light.direction, light.distance)) * light.radiance;
                         gathered += throughput * scattered * arriving;
                     }
                 }

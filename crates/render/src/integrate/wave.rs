@@ -71,7 +71,7 @@ type Group = Vec<(usize, Question)>;
 /// Looks which of the lights are seen, adds their light to the paths, and leaves the group empty.
 fn answer(group: &mut Group, tracer: &mut Tracer<'_>, samplers: &[Sampler], walks: &mut [Walk]) {
     let rays: Vec<Ray> = group.iter().map(|(_, question)| question.ray).collect();
-    let passed: Vec<Vec3> = tracer.transmitted_each(&rays, &|ray| samplers[group[ray].0].salt());
+    let passed: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[group[ray].0].salt());
     for ((number, question), passed) in group.drain(..).zip(passed) {
         walks[number].take(&question, passed);
     }

@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::shading::ShadingPoint;
 use crate::{Sampler, Scatter};
 
-pub(crate) use sheet::passed;
+pub(crate) use sheet::straight_transmittance;
 
 /// A direction in which a path goes on.
 #[derive(Debug, Clone, Copy)]

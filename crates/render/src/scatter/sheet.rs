@@ -1,6 +1,6 @@
 //! A pane without thickness: reflects, or lets light pass straight on.
 //!
-//! Because what passes is not bent, a shadow ray may pass too: [`passed`] says how much gets through. A path that passes goes on
+//! Because what passes is not bent, a shadow ray may pass too: [`straight_transmittance`] says how much gets through. A path that passes goes on
 //! as if nothing had been there, and the two ways of finding a light are weighed against each other without the pane.
 
 use glam::Vec3;
@@ -21,7 +21,7 @@ pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u:
 }
 
 /// The fraction of light that goes straight on through a surface; `None` where none does.
-pub(crate) fn passed(point: &ShadingPoint<'_>, toward_viewer: Vec3) -> Option<Vec3> {
+pub(crate) fn straight_transmittance(point: &ShadingPoint<'_>, toward_viewer: Vec3) -> Option<Vec3> {
     let Scatter::ThinDielectric { ior } = point.material.scatter else { return None };
     let normal = mirror_normal(point, toward_viewer);
     Some(point.color * (1.0 - fresnel::sheet(normal.dot(toward_viewer), usable(ior))))
