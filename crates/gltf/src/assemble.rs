@@ -273,7 +273,7 @@ impl<'a> Assembly<'a> {
             }
         }
         for (node, channels) in std::mem::take(&mut self.parts.clip.nodes) {
-            let (bone, rest) = (self.player.bones.of_node(node), hierarchy.local(node).parts());
+            let (bone, rest) = (self.player.bones.of_node(node), hierarchy.local(node).trs());
             if ids[node].is_some() || bone.is_some() {
                 self.player.movers.push(Mover { node: ids[node], bone, rest, channels, placed: None });
             }

@@ -6,7 +6,7 @@ use crate::accessor::Accessors;
 use crate::budget::Budget;
 use crate::error::{Item, Problem};
 use crate::json::{Instancing, Shape};
-use crate::nodes::{NO_TURN, Parts, unit};
+use crate::nodes::{NO_TURN, Trs, unit};
 
 /// What an instance takes in a scene, in numbers: far more than its placement takes in a file.
 const NUMBERS_PER_INSTANCE: u64 = 128;
@@ -39,7 +39,7 @@ pub(crate) fn placements(
         if !translation.iter().chain(&scale).chain(&rotation).all(|number| number.is_finite()) {
             return Err(node.invalid(format!("has an instance, {instance}, whose placement is not finite")));
         }
-        Ok(Parts { translation, rotation: unit(rotation).unwrap_or(NO_TURN), scale }.affine())
+        Ok(Trs { translation, rotation: unit(rotation).unwrap_or(NO_TURN), scale }.affine())
     };
     (0..count).map(placement).collect()
 }

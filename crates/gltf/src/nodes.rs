@@ -27,19 +27,20 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Local {
     Matrix(Affine),
-    Parts(Parts),
+    Trs(Trs),
 }
 
-/// A placement by its parts, of which each can be animated alone: scaled first, then turned, then moved.
+/// Translation, rotation and scale, each of which can be animated alone. Scale is applied first, then rotation, then
+/// translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Parts {
+pub(crate) struct Trs {
     pub(crate) translation: [f32; 3],
     /// A unit quaternion, x y z w.
     pub(crate) rotation: [f32; 4],
     pub(crate) scale: [f32; 3],
 }
 
-impl Parts {
+impl Trs {
     pub(crate) fn affine(&self) -> Affine {
         Affine::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
     }
@@ -49,14 +50,14 @@ impl Local {
     pub(crate) fn affine(&self) -> Affine {
         match self {
             Self::Matrix(affine) => *affine,
-            Self::Parts(parts) => parts.affine(),
+            Self::Trs(trs) => trs.affine(),
         }
     }
 
-    /// A matrix is taken apart as well as it can be; shear is lost.
-    pub(crate) fn parts(&self) -> Parts {
+    /// Decomposes a matrix; its shear is lost.
+    pub(crate) fn trs(&self) -> Trs {
         match self {
-            Self::Parts(parts) => *parts,
+            Self::Trs(trs) => *trs,
             Self::Matrix(affine) => {
                 let columns = [affine.x_axis, affine.y_axis, affine.z_axis].map(glam::Vec3::from);
                 let mirrored = affine.determinant() < 0.0;
@@ -68,7 +69,7 @@ impl Local {
                     axes = glam::Mat3::IDENTITY;
                 }
                 let rotation = unit(glam::Quat::from_mat3(&axes).to_array()).unwrap_or(NO_TURN);
-                Parts { translation: affine.translation, rotation, scale }
+                Trs { translation: affine.translation, rotation, scale }
             }
         }
     }
@@ -214,7 +215,7 @@ fn local(node: &Node) -> Local {
         let column = |i: usize| [m[4 * i], m[4 * i + 1], m[4 * i + 2]];
         return Local::Matrix(Affine::from_columns(column(0), column(1), column(2), column(3)));
     }
-    Local::Parts(Parts {
+    Local::Trs(Trs {
         translation: node.translation.as_deref().copied().unwrap_or([0.0; 3]),
         rotation: node.rotation.as_deref().and_then(|&rotation| unit(rotation)).unwrap_or(NO_TURN),
         scale: node.scale.as_deref().copied().unwrap_or([1.0; 3]),

@@ -5,7 +5,7 @@ use kinetree_render::Animation;
 
 use crate::clip::Channels;
 use crate::keys::Keys;
-use crate::nodes::Parts;
+use crate::nodes::Trs;
 use crate::skeleton::{Bones, Skin};
 
 /// Plays animations, over and over.
@@ -23,7 +23,7 @@ pub(crate) struct Mover {
     /// In the scene, unless it only serves as a joint.
     pub(crate) node: Option<NodeId>,
     pub(crate) bone: Option<usize>,
-    pub(crate) rest: Parts,
+    pub(crate) rest: Trs,
     pub(crate) channels: Channels,
     /// Where it was placed last; `None` before the first time.
     pub(crate) placed: Option<Affine>,
@@ -60,12 +60,12 @@ const MIRROR: Affine = Affine::from_columns([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [
 impl Mover {
     fn local(&self, seconds: f64) -> Affine {
         let Channels { translation, rotation, scale } = &self.channels;
-        let parts = Parts {
+        let trs = Trs {
             translation: translation.as_ref().map_or(self.rest.translation, |keys| keys.vector(seconds)),
             rotation: rotation.as_ref().map_or(self.rest.rotation, |keys| keys.rotation(seconds)),
             scale: scale.as_ref().map_or(self.rest.scale, |keys| keys.vector(seconds)),
         };
-        parts.affine()
+        trs.affine()
     }
 }
 
