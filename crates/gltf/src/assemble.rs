@@ -29,9 +29,9 @@ pub(crate) struct Parts<'a> {
 }
 
 /// A mesh of the file in the scene.
-struct Shape {
+struct LoadedMesh {
     geometry: Geometry,
-    /// Index into the look's surfaces.
+    /// Index into [`MaterialSet::surfaces`].
     surface: u32,
     opaque: bool,
     /// Without skin and morph targets; shared by all nodes that do not bend it.
@@ -67,7 +67,7 @@ struct Assembly<'a> {
     lights: Vec<LightSource>,
     cameras: Vec<CameraSource>,
     player: Player,
-    shapes: Vec<Option<Shape>>,
+    loaded: Vec<Option<LoadedMesh>>,
     /// From a skin of the file to the player's.
     skins: HashMap<usize, usize>,
     /// To the player's bodies.
@@ -91,12 +91,12 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
         lights: Vec::new(),
         cameras: Vec::new(),
         player,
-        shapes: Vec::new(),
+        loaded: Vec::new(),
         skins: HashMap::new(),
         shared: HashMap::new(),
         resized,
     };
-    assembly.read_shapes(notes)?;
+    assembly.read_meshes(notes)?;
     assembly.read_skins()?;
     let bends = assembly.bends(notes)?;
     let motions = assembly.motions_of_rigid(&bends, &moves);
@@ -132,7 +132,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Reads every mesh that is shown, in the order of the file.
-    fn read_shapes(&mut self, notes: &mut Notes) -> Result<(), Problem> {
+    fn read_meshes(&mut self, notes: &mut Notes) -> Result<(), Problem> {
         let document = self.parts.document;
         let mut shown = vec![false; document.root.meshes.len()];
         for (index, node) in self.nodes() {
@@ -143,14 +143,14 @@ impl<'a> Assembly<'a> {
         }
         for (index, shown) in shown.into_iter().enumerate() {
             let geometry = if shown { self.parts.meshes.read(index, &mut self.materials, notes)? } else { None };
-            let shape = geometry.map(|mut geometry| {
+            let loaded = geometry.map(|mut geometry| {
                 let surface = std::mem::take(&mut geometry.surface);
                 let opaque = !has_holes(&surface, &self.materials);
                 self.material_set.surfaces.push(surface);
                 let surface = self.material_set.surfaces.len() as u32 - 1;
-                Shape { geometry, surface, opaque, rigid: None, models: HashMap::new() }
+                LoadedMesh { geometry, surface, opaque, rigid: None, models: HashMap::new() }
             });
-            self.shapes.push(shape);
+            self.loaded.push(loaded);
         }
         Ok(())
     }
@@ -175,13 +175,13 @@ impl<'a> Assembly<'a> {
         let document = self.parts.document;
         let mut bends = HashMap::new();
         for (index, node) in self.nodes() {
-            let Some((mesh, shape)) = node.mesh.and_then(|m| Some((m.value(), self.shapes[m.value()].as_ref()?)))
+            let Some((mesh, loaded)) = node.mesh.and_then(|m| Some((m.value(), self.loaded[m.value()].as_ref()?)))
             else {
                 continue;
             };
             let item = document.node_item(index);
             let mut skin = node.skin.map(|skin| self.skins[&skin.value()]);
-            match shape.geometry.highest_joint() {
+            match loaded.geometry.highest_joint() {
                 None if skin.take().is_some() => notes.add(|| format!("{item} has a skin, but its mesh has no joints")),
                 Some(highest) => {
                     let count = skin.map_or(usize::MAX, |skin| self.player.skins[skin].joint_count());
@@ -192,7 +192,7 @@ impl<'a> Assembly<'a> {
                 }
                 None => {}
             }
-            let weights = self.rest_weights(node, mesh, shape.geometry.targets.len(), &item, notes)?;
+            let weights = self.rest_weights(node, mesh, loaded.geometry.targets.len(), &item, notes)?;
             let morphs = self.parts.clip.weights.contains_key(&index) || weights.iter().any(|&weight| weight != 0.0);
             if skin.is_some() || (morphs && !weights.is_empty()) {
                 bends.insert(index, Bend { skin, weights: if morphs { weights } else { Vec::new() } });
@@ -225,7 +225,7 @@ impl<'a> Assembly<'a> {
 
     /// A mesh that is placed by any moving node is rigid, the others are static.
     fn motions_of_rigid(&self, bends: &HashMap<usize, Bend>, moves: &[bool]) -> Vec<Motion> {
-        let mut motions = vec![Motion::Static; self.shapes.len()];
+        let mut motions = vec![Motion::Static; self.loaded.len()];
         for (_, node) in self.nodes().filter(|&(index, _)| moves[index] && !bends.contains_key(&index)) {
             if let Some(mesh) = node.mesh {
                 motions[mesh.value()] = Motion::Rigid;
@@ -294,7 +294,7 @@ impl<'a> Assembly<'a> {
     ) -> Result<(), Problem> {
         let item = self.parts.document.node_item(node);
         let instancing = self.parts.document.root.nodes[node].instancing();
-        let Some((surface, opaque)) = self.shapes[mesh].as_ref().map(|shape| (shape.surface, shape.opaque)) else {
+        let Some((surface, opaque)) = self.loaded[mesh].as_ref().map(|loaded| (loaded.surface, loaded.opaque)) else {
             return Ok(());
         };
         // The joints say where a skinned mesh is; the place of its node counts for nothing.
@@ -331,13 +331,13 @@ impl<'a> Assembly<'a> {
 
     fn rigid(&mut self, mesh: usize, motion: Motion) -> Result<MeshId, Problem> {
         let item = self.parts.document.mesh_item(mesh);
-        let shape = self.shapes[mesh].as_mut().expect("only meshes with triangles are added");
-        match shape.rigid {
+        let loaded = self.loaded[mesh].as_mut().expect("only meshes with triangles are added");
+        match loaded.rigid {
             Some(id) => Ok(id),
             None => {
-                let model = shape.geometry.mesh(false, false).map_err(|error| refused(&item)(error.into()))?;
+                let model = loaded.geometry.mesh(false, false).map_err(|error| refused(&item)(error.into()))?;
                 let id = self.scene.add_mesh(model, motion).map_err(refused(&item))?;
-                shape.rigid = Some(id);
+                loaded.rigid = Some(id);
                 Ok(id)
             }
         }
@@ -359,14 +359,14 @@ impl<'a> Assembly<'a> {
         if let Some(&body) = shared.as_ref().and_then(|shared| self.shared.get(shared)) {
             return Ok(body);
         }
-        let shape = self.shapes[mesh].as_mut().expect("only meshes with triangles are added");
-        self.parts.budget.spend_numbers(shape.geometry.numbers(), &item)?;
+        let loaded = self.loaded[mesh].as_mut().expect("only meshes with triangles are added");
+        self.parts.budget.spend_numbers(loaded.geometry.numbers(), &item)?;
         let kind = (skin.is_some(), !weights.is_empty());
-        let model = match shape.models.get(&kind) {
+        let model = match loaded.models.get(&kind) {
             Some(model) => model.clone(),
             None => {
-                let model = shape.geometry.mesh(kind.0, kind.1).map_err(|error| refused(&item)(error.into()))?;
-                shape.models.insert(kind, model.clone());
+                let model = loaded.geometry.mesh(kind.0, kind.1).map_err(|error| refused(&item)(error.into()))?;
+                loaded.models.insert(kind, model.clone());
                 model
             }
         };
@@ -388,7 +388,7 @@ impl<'a> Assembly<'a> {
     /// The world, at its first moment.
     fn finish(mut self) -> Result<World, Problem> {
         let still = self.player.movers.is_empty() && self.player.bodies.is_empty();
-        let animation: Box<dyn Animation> = if still {
+        let motion: Box<dyn Animation> = if still {
             Box::new(NoAnimation)
         } else {
             let first = self.player.go_to(&mut self.scene, 0.0);
@@ -397,7 +397,7 @@ impl<'a> Assembly<'a> {
         };
         (self.material_set.materials, self.material_set.textures) = self.materials.into_look();
         let Self { scene, material_set, lights, cameras, .. } = self;
-        Ok(World { scene, material_set: Arc::new(material_set), lights, cameras, animation })
+        Ok(World { scene, material_set: Arc::new(material_set), lights, cameras, motion })
     }
 }
 
