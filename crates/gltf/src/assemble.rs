@@ -15,7 +15,7 @@ use crate::material::Materials;
 use crate::mesh::{Geometry, Meshes};
 use crate::nodes::Hierarchy;
 use crate::notes::Notes;
-use crate::player::{Body, Mover, Player, Skinned};
+use crate::player::{DeformedMesh, Mover, Player, Skinned};
 use crate::skeleton::{Bones, Skin};
 use crate::{cameras, instancing, lights};
 
@@ -34,22 +34,22 @@ struct LoadedMesh {
     /// Index into [`MaterialSet::surfaces`].
     surface: u32,
     opaque: bool,
-    /// Without skin and morph targets; shared by all nodes that do not bend it.
+    /// Without skin and morph targets; shared by all nodes that do not deformation it.
     rigid: Option<MeshId>,
     /// By whether it can be skinned and morphed: what clones are taken of.
     models: HashMap<(bool, bool), Mesh>,
 }
 
-/// How a node bends its mesh.
-struct Bend {
+/// How a node deformations its mesh.
+struct Deformation {
     /// Among the player's skins.
     skin: Option<usize>,
     weights: Vec<f32>,
 }
 
-/// A bend that does not depend on the animation but through its skin: nodes with the same one share a mesh.
+/// A deformation that does not depend on the animation but through its skin: nodes with the same one share a mesh.
 #[derive(PartialEq, Eq, Hash)]
-struct SharedBend {
+struct SharedDeformation {
     mesh: usize,
     skin: Option<usize>,
     /// The bits of the weights.
@@ -70,8 +70,8 @@ struct Assembly<'a> {
     loaded: Vec<Option<LoadedMesh>>,
     /// From a skin of the file to the player's.
     skins: HashMap<usize, usize>,
-    /// To the player's bodies.
-    shared: HashMap<SharedBend, usize>,
+    /// To the deformed meshes of the player.
+    shared: HashMap<SharedDeformation, usize>,
     /// For every node whether the animation may change the size of it or of a node above it.
     resized: Vec<bool>,
 }
@@ -82,7 +82,7 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
     let moves = hierarchy.below(parts.clip.nodes.keys().copied());
     let bones = Bones::new(hierarchy, bones_in_use(document, hierarchy)?);
     let resized = hierarchy.below(parts.clip.resized());
-    let player = Player { duration: parts.clip.duration, movers: vec![], bones, skins: vec![], bodies: vec![] };
+    let player = Player { duration: parts.clip.duration, movers: vec![], bones, skins: vec![], deformed: vec![] };
     let mut assembly = Assembly {
         parts,
         materials,
@@ -98,9 +98,9 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
     };
     assembly.read_meshes(notes)?;
     assembly.read_skins()?;
-    let bends = assembly.bends(notes)?;
-    let motions = assembly.motions_of_rigid(&bends, &moves);
-    assembly.add_nodes(bends, &motions, notes)?;
+    let deformations = assembly.deformations(notes)?;
+    let motions = assembly.motions_of_rigid(&deformations, &moves);
+    assembly.add_nodes(deformations, &motions, notes)?;
     assembly.finish()
 }
 
@@ -155,7 +155,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Reads every skin that bends a mesh that is shown.
+    /// Reads every skin that deformations a mesh that is shown.
     fn read_skins(&mut self) -> Result<(), Problem> {
         for (index, node) in self.nodes() {
             let Some(skin) = node.skin.filter(|_| node.mesh.is_some()) else { continue };
@@ -170,10 +170,10 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// The nodes that bend their mesh, and how.
-    fn bends(&self, notes: &mut Notes) -> Result<HashMap<usize, Bend>, Problem> {
+    /// The nodes that deformation their mesh, and how.
+    fn deformations(&self, notes: &mut Notes) -> Result<HashMap<usize, Deformation>, Problem> {
         let document = self.parts.document;
-        let mut bends = HashMap::new();
+        let mut deformations = HashMap::new();
         for (index, node) in self.nodes() {
             let Some((mesh, loaded)) = node.mesh.and_then(|m| Some((m.value(), self.loaded[m.value()].as_ref()?)))
             else {
@@ -195,10 +195,10 @@ impl<'a> Assembly<'a> {
             let weights = self.rest_weights(node, mesh, loaded.geometry.targets.len(), &item, notes)?;
             let morphs = self.parts.clip.weights.contains_key(&index) || weights.iter().any(|&weight| weight != 0.0);
             if skin.is_some() || (morphs && !weights.is_empty()) {
-                bends.insert(index, Bend { skin, weights: if morphs { weights } else { Vec::new() } });
+                deformations.insert(index, Deformation { skin, weights: if morphs { weights } else { Vec::new() } });
             }
         }
-        Ok(bends)
+        Ok(deformations)
     }
 
     /// One weight per target: those of the node, or those of its mesh.
@@ -224,9 +224,9 @@ impl<'a> Assembly<'a> {
     }
 
     /// A mesh that is placed by any moving node is rigid, the others are static.
-    fn motions_of_rigid(&self, bends: &HashMap<usize, Bend>, moves: &[bool]) -> Vec<Motion> {
+    fn motions_of_rigid(&self, deformations: &HashMap<usize, Deformation>, moves: &[bool]) -> Vec<Motion> {
         let mut motions = vec![Motion::Static; self.loaded.len()];
-        for (_, node) in self.nodes().filter(|&(index, _)| moves[index] && !bends.contains_key(&index)) {
+        for (_, node) in self.nodes().filter(|&(index, _)| moves[index] && !deformations.contains_key(&index)) {
             if let Some(mesh) = node.mesh {
                 motions[mesh.value()] = Motion::Rigid;
             }
@@ -236,7 +236,7 @@ impl<'a> Assembly<'a> {
 
     fn add_nodes(
         &mut self,
-        mut bends: HashMap<usize, Bend>,
+        mut deformations: HashMap<usize, Deformation>,
         motions: &[Motion],
         notes: &mut Notes,
     ) -> Result<(), Problem> {
@@ -250,7 +250,7 @@ impl<'a> Assembly<'a> {
         for (index, node) in self.nodes().filter(|&(index, _)| bears[index]) {
             let item = document.node_item(index);
             let parent = hierarchy.parent(index).and_then(|parent| ids[parent]).unwrap_or(self.scene.root());
-            let (local, bend) = (hierarchy.local(index).affine(), bends.remove(&index));
+            let (local, deformation) = (hierarchy.local(index).affine(), deformations.remove(&index));
             let light = lights::light_of(document, node, &item, notes)?;
             let camera = cameras::camera_of(document, node, &item, notes)?;
             // A mesh on which nothing hangs, and which does not move, needs no node to stand where it does.
@@ -269,7 +269,7 @@ impl<'a> Assembly<'a> {
                 (parent, local)
             };
             if let Some(mesh) = node.mesh {
-                self.add_instances(mesh.value(), index, bend, (place, from_instance), motions, notes)?;
+                self.add_instances(mesh.value(), index, deformation, (place, from_instance), motions, notes)?;
             }
         }
         for (node, channels) in std::mem::take(&mut self.parts.clip.nodes) {
@@ -287,7 +287,7 @@ impl<'a> Assembly<'a> {
         &mut self,
         mesh: usize,
         node: usize,
-        bend: Option<Bend>,
+        deformation: Option<Deformation>,
         (place, from_instance): (NodeId, Affine),
         motions: &[Motion],
         notes: &mut Notes,
@@ -298,14 +298,14 @@ impl<'a> Assembly<'a> {
             return Ok(());
         };
         // The joints say where a skinned mesh is; the place of its node counts for nothing.
-        let skinned = bend.as_ref().is_some_and(|bend| bend.skin.is_some());
+        let skinned = deformation.as_ref().is_some_and(|deformation| deformation.skin.is_some());
         let (place, from_instance) =
             if skinned { (self.scene.root(), Affine::IDENTITY) } else { (place, from_instance) };
-        let (mesh, body) = match bend {
+        let (mesh, index) = match deformation {
             None => (self.rigid(mesh, motions[mesh])?, None),
-            Some(bend) => {
-                let body = self.bent(node, mesh, bend)?;
-                (self.player.bodies[body].mesh, Some(body))
+            Some(deformation) => {
+                let index = self.deformed_mesh(node, mesh, deformation)?;
+                (self.player.deformed[index].mesh, Some(index))
             }
         };
         let placements = match instancing {
@@ -322,7 +322,7 @@ impl<'a> Assembly<'a> {
             let instance = self.scene.add_instance(place, mesh, placement).map_err(refused(&item))?;
             self.scene.set_user_id(instance, surface).map_err(refused(&item))?;
             self.scene.set_opaque(instance, opaque).map_err(refused(&item))?;
-            if let Some(skinned) = body.and_then(|body| self.player.bodies[body].skinned.as_mut()) {
+            if let Some(skinned) = index.and_then(|index| self.player.deformed[index].skinned.as_mut()) {
                 skinned.instances.push(instance);
             }
         }
@@ -343,21 +343,21 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// The place of a body among those of the player.
-    fn bent(&mut self, node: usize, mesh: usize, bend: Bend) -> Result<usize, Problem> {
+    /// The index of a deformed mesh among those of the player.
+    fn deformed_mesh(&mut self, node: usize, mesh: usize, deformation: Deformation) -> Result<usize, Problem> {
         let item = self.parts.document.mesh_item(mesh);
-        let Bend { skin, weights } = bend;
+        let Deformation { skin, weights } = deformation;
         let keys = self.parts.clip.weights.remove(&node).filter(|_| !weights.is_empty());
         let node_bone = self.player.bones.of_node(node).filter(|_| skin.is_some());
-        let shared = keys.is_none().then(|| SharedBend {
+        let shared = keys.is_none().then(|| SharedDeformation {
             mesh,
             skin,
             weights: weights.iter().map(|weight| weight.to_bits()).collect(),
             is_mirrored: node_bone.is_some_and(|bone| self.player.bones.is_mirrored(bone)),
             resized: Some(node).filter(|_| node_bone.is_some() && self.resized[node]),
         });
-        if let Some(&body) = shared.as_ref().and_then(|shared| self.shared.get(shared)) {
-            return Ok(body);
+        if let Some(&index) = shared.as_ref().and_then(|shared| self.shared.get(shared)) {
+            return Ok(index);
         }
         let loaded = self.loaded[mesh].as_mut().expect("only meshes with triangles are added");
         self.parts.budget.spend_numbers(loaded.geometry.numbers(), &item)?;
@@ -371,9 +371,9 @@ impl<'a> Assembly<'a> {
             }
         };
         let id = self.scene.add_mesh(model, Motion::Deforming).map_err(refused(&item))?;
-        let body = self.player.bodies.len();
+        let index = self.player.deformed.len();
         if let Some(shared) = shared {
-            self.shared.insert(shared, body);
+            self.shared.insert(shared, index);
         }
         let skinned = skin.zip(node_bone).map(|(skin, node_bone)| Skinned {
             skin,
@@ -381,13 +381,13 @@ impl<'a> Assembly<'a> {
             instances: Vec::new(),
             is_mirrored: false,
         });
-        self.player.bodies.push(Body { mesh: id, skinned, weights, keys, posed_with: None });
-        Ok(body)
+        self.player.deformed.push(DeformedMesh { mesh: id, skinned, weights, keys, posed_with: None });
+        Ok(index)
     }
 
     /// The world, at its first moment.
     fn finish(mut self) -> Result<World, Problem> {
-        let still = self.player.movers.is_empty() && self.player.bodies.is_empty();
+        let still = self.player.movers.is_empty() && self.player.deformed.is_empty();
         let motion: Box<dyn Animation> = if still {
             Box::new(NoAnimation)
         } else {

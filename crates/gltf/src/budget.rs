@@ -1,7 +1,7 @@
 //! How much a file may ask for, so that a small file cannot fill the memory.
 //!
 //! The bytes that are there bound what one accessor can hold, but many items may share one accessor, an accessor may
-//! consist of zeros that are nowhere, and every node that bends a mesh has a copy of it. All of these are paid for here.
+//! consist of zeros that are nowhere, and every node that deforms a mesh has a copy of it. All of these are paid for here.
 
 use std::cell::Cell;
 

@@ -8,11 +8,11 @@
 //! # Ok::<(), kinetree_gltf::LoadError>(())
 //! ```
 //!
-//! Every mesh of a file is one mesh of the scene, shared by the nodes that show it; a node that bends its mesh, by a skin
+//! Every mesh of a file is one mesh of the scene, shared by the nodes that show it; a node that deforms its mesh, by a skin
 //! or by morph targets, has one of its own. What never moves is [`Motion::Static`](kinetree::Motion::Static), what hangs
-//! on an animated node is `Rigid`, what bends is `Deforming`.
+//! on an animated node is `Rigid`, what is deformed is `Deforming`.
 //!
-//! Triangles without normals are flat in every pose: in a mesh that bends and that has normals elsewhere, the normals of
+//! Triangles without normals are flat in every pose: in a mesh that is deformed and that has normals elsewhere, the normals of
 //! their vertices are zero, which stands for that of the triangle. The front of a skinned mesh is decided by the
 //! determinant of its node, as the specification has it, although nothing else about that node counts.
 //!

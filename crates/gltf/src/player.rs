@@ -1,4 +1,4 @@
-//! Moves a scene as an animation says, and bends what hangs on joints or has morph targets.
+//! Moves a scene as an animation says, and deforms meshes that have a skin or morph targets.
 
 use kinetree::{Affine, EditError, InstanceId, MeshId, NodeId, Pose, Scene};
 use kinetree_render::Animation;
@@ -15,7 +15,7 @@ pub(crate) struct Player {
     pub(crate) movers: Vec<Mover>,
     pub(crate) bones: Bones,
     pub(crate) skins: Vec<Skin>,
-    pub(crate) bodies: Vec<Body>,
+    pub(crate) deformed: Vec<DeformedMesh>,
 }
 
 /// A node that the animation moves.
@@ -29,8 +29,8 @@ pub(crate) struct Mover {
     pub(crate) placed: Option<Affine>,
 }
 
-/// A mesh that is bent.
-pub(crate) struct Body {
+/// A mesh that a skin or morph targets deform.
+pub(crate) struct DeformedMesh {
     pub(crate) mesh: MeshId,
     pub(crate) skinned: Option<Skinned>,
     /// Of its morph targets, now.
@@ -40,7 +40,7 @@ pub(crate) struct Body {
     pub(crate) posed_with: Option<u64>,
 }
 
-/// What hangs a body on joints.
+/// How joints deform a mesh.
 pub(crate) struct Skinned {
     /// Among the player's skins.
     pub(crate) skin: usize,
@@ -69,7 +69,7 @@ impl Mover {
     }
 }
 
-impl Body {
+impl DeformedMesh {
     /// Takes up the weights of a time, and says whether they are others than before.
     fn reweigh(&mut self, seconds: f64, scratch: &mut Vec<f32>) -> bool {
         let Some(keys) = &self.keys else { return false };
@@ -130,12 +130,12 @@ impl Animation for Player {
             self.skins.iter_mut().for_each(|skin| skin.update(&self.bones));
         }
         let mut scratch = Vec::new();
-        for body in &mut self.bodies {
-            if body.reweigh(seconds, &mut scratch) {
+        for mesh in &mut self.deformed {
+            if mesh.reweigh(seconds, &mut scratch) {
                 // Until the scene has taken the pose.
-                body.posed_with = None;
+                mesh.posed_with = None;
             }
-            body.pose(scene, &self.bones, &self.skins)?;
+            mesh.pose(scene, &self.bones, &self.skins)?;
         }
         Ok(())
     }

@@ -45,7 +45,7 @@ fn check(path: &Path, unique: usize, flat: usize, instances: usize) {
             complete_frames += 1;
             let found: usize = view.instances().map(|instance| instance.triangles().len()).sum();
             assert_eq!(found, flat, "triangles of all instances of {}", path.display());
-            // Nodes that bend a mesh have copies of it, but share its surface.
+            // Nodes that deform a mesh have copies of it, but share its surface.
             let mut surfaces: Vec<_> = view.instances().map(|i| (i.user_id(), i.triangles().len())).collect();
             surfaces.sort_unstable();
             surfaces.dedup();

@@ -1,4 +1,4 @@
-//! Meshes that bend: joints and morph targets.
+//! Deformed meshes: joints and morph targets.
 
 use kinetree::Motion;
 use serde_json::json;
@@ -45,9 +45,9 @@ fn a_skinned_bar_bends_at_its_joint() {
     assert_near(&places(&view)[0], &straight, "at rest");
     // Just before the end, by which it begins again: the upper half points to -x.
     let view = frame(&mut loaded, 1.0 - 1e-9);
-    let bent =
+    let deformed =
         [[4.9, 0.0, 0.0], [5.1, 0.0, 0.0], [4.95, 0.95, 0.0], [5.05, 1.05, 0.0], [4.0, 0.9, 0.0], [4.0, 1.1, 0.0]];
-    assert_near(&places(&view)[0], &bent, "bent");
+    assert_near(&places(&view)[0], &deformed, "deformed");
 }
 
 #[test]
@@ -73,9 +73,9 @@ fn nodes_with_the_same_skin_share_their_mesh() {
     let view = frame(&mut writer.good(), 0.0);
     let found: Vec<_> = view.instances().map(|instance| (instance.mesh_id(), instance.motion())).collect();
     assert_eq!(found.len(), 3);
-    let bent: Vec<_> = found.iter().filter(|(_, motion)| *motion == Motion::Deforming).collect();
-    assert_eq!(bent.len(), 2);
-    assert_eq!(bent[0].0, bent[1].0);
+    let deformed: Vec<_> = found.iter().filter(|(_, motion)| *motion == Motion::Deforming).collect();
+    assert_eq!(deformed.len(), 2);
+    assert_eq!(deformed[0].0, deformed[1].0);
 }
 
 #[test]
