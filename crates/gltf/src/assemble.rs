@@ -15,7 +15,7 @@ use crate::material::Materials;
 use crate::mesh::{Geometry, Meshes};
 use crate::nodes::Hierarchy;
 use crate::notes::Notes;
-use crate::player::{DeformedMesh, Mover, Player, Skinned};
+use crate::player::{AnimatedNode, DeformedMesh, Player, Skinned};
 use crate::skeleton::{Bones, Skin};
 use crate::{cameras, instancing, lights};
 
@@ -82,7 +82,7 @@ pub(crate) fn assemble(parts: Parts<'_>, materials: Materials<'_>, notes: &mut N
     let moves = hierarchy.below(parts.clip.nodes.keys().copied());
     let bones = Bones::new(hierarchy, bones_in_use(document, hierarchy)?);
     let resized = hierarchy.below(parts.clip.resized());
-    let player = Player { duration: parts.clip.duration, movers: vec![], bones, skins: vec![], deformed: vec![] };
+    let player = Player { duration: parts.clip.duration, nodes: vec![], bones, skins: vec![], deformed: vec![] };
     let mut assembly = Assembly {
         parts,
         materials,
@@ -275,7 +275,7 @@ impl<'a> Assembly<'a> {
         for (node, channels) in std::mem::take(&mut self.parts.clip.nodes) {
             let (bone, rest) = (self.player.bones.of_node(node), hierarchy.local(node).trs());
             if ids[node].is_some() || bone.is_some() {
-                self.player.movers.push(Mover { node: ids[node], bone, rest, channels, placed: None });
+                self.player.nodes.push(AnimatedNode { id: ids[node], bone, rest, channels, placed: None });
             }
         }
         Ok(())
@@ -387,7 +387,7 @@ impl<'a> Assembly<'a> {
 
     /// The world, at its first moment.
     fn finish(mut self) -> Result<World, Problem> {
-        let still = self.player.movers.is_empty() && self.player.deformed.is_empty();
+        let still = self.player.nodes.is_empty() && self.player.deformed.is_empty();
         let motion: Box<dyn Animation> = if still {
             Box::new(NoAnimation)
         } else {

@@ -136,11 +136,11 @@ impl<'a> Hierarchy<'a> {
         local(&self.document.root.nodes[node])
     }
 
-    /// For every node, whether it or any node above it is among `movers`.
-    pub(crate) fn below(&self, movers: impl Iterator<Item = usize>) -> Vec<bool> {
-        let mut moves = vec![false; self.len()];
-        movers.for_each(|node| moves[node] = true);
-        self.spread_down(moves)
+    /// For every node, whether it or any node above it is among `roots`.
+    pub(crate) fn below(&self, roots: impl Iterator<Item = usize>) -> Vec<bool> {
+        let mut marks = vec![false; self.len()];
+        roots.for_each(|node| marks[node] = true);
+        self.spread_down(marks)
     }
 
     /// For every node, whether it or any node below it is marked.

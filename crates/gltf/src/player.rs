@@ -12,16 +12,16 @@ use crate::skeleton::{Bones, Skin};
 pub(crate) struct Player {
     /// Seconds.
     pub(crate) duration: f64,
-    pub(crate) movers: Vec<Mover>,
+    pub(crate) nodes: Vec<AnimatedNode>,
     pub(crate) bones: Bones,
     pub(crate) skins: Vec<Skin>,
     pub(crate) deformed: Vec<DeformedMesh>,
 }
 
 /// A node that the animation moves.
-pub(crate) struct Mover {
+pub(crate) struct AnimatedNode {
     /// In the scene, unless it only serves as a joint.
-    pub(crate) node: Option<NodeId>,
+    pub(crate) id: Option<NodeId>,
     pub(crate) bone: Option<usize>,
     pub(crate) rest: Trs,
     pub(crate) channels: Channels,
@@ -57,7 +57,7 @@ pub(crate) struct Skinned {
 /// Its own inverse.
 const MIRROR: Affine = Affine::from_columns([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]);
 
-impl Mover {
+impl AnimatedNode {
     fn local(&self, seconds: f64) -> Affine {
         let Channels { translation, rotation, scale } = &self.channels;
         let trs = Trs {
@@ -113,18 +113,18 @@ impl DeformedMesh {
 impl Animation for Player {
     fn go_to(&mut self, scene: &mut Scene, seconds: f64) -> Result<(), EditError> {
         let seconds = moment(seconds, self.duration);
-        for mover in &mut self.movers {
-            let local = mover.local(seconds);
-            if mover.placed == Some(local) {
+        for node in &mut self.nodes {
+            let local = node.local(seconds);
+            if node.placed == Some(local) {
                 continue;
             }
-            if let Some(node) = mover.node {
-                scene.place(node, local)?;
+            if let Some(id) = node.id {
+                scene.place(id, local)?;
             }
-            if let Some(bone) = mover.bone {
+            if let Some(bone) = node.bone {
                 self.bones.place(bone, local);
             }
-            mover.placed = Some(local);
+            node.placed = Some(local);
         }
         if self.bones.update() {
             self.skins.iter_mut().for_each(|skin| skin.update(&self.bones));
