@@ -6,7 +6,7 @@ use crate::accessor::Accessors;
 use crate::budget::Budget;
 use crate::error::{Item, Problem};
 use crate::json::{Instancing, Shape};
-use crate::nodes::{NO_TURN, Trs, unit};
+use crate::nodes::{IDENTITY_ROTATION, Trs, normalized};
 
 /// What an instance takes in a scene, in numbers: far more than its placement takes in a file.
 const NUMBERS_PER_INSTANCE: u64 = 128;
@@ -35,11 +35,11 @@ pub(crate) fn placements(
     let placement = |instance: usize| {
         let translation = translations.as_ref().map_or([0.0; 3], |translations| translations[instance]);
         let scale = scales.as_ref().map_or([1.0; 3], |scales| scales[instance]);
-        let rotation = rotations.as_ref().map_or(NO_TURN, |rotations| rotations[instance]);
+        let rotation = rotations.as_ref().map_or(IDENTITY_ROTATION, |rotations| rotations[instance]);
         if !translation.iter().chain(&scale).chain(&rotation).all(|number| number.is_finite()) {
             return Err(node.invalid(format!("has an instance, {instance}, whose placement is not finite")));
         }
-        Ok(Trs { translation, rotation: unit(rotation).unwrap_or(NO_TURN), scale }.affine())
+        Ok(Trs { translation, rotation: normalized(rotation).unwrap_or(IDENTITY_ROTATION), scale }.affine())
     };
     (0..count).map(placement).collect()
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::Quat;
 
-use crate::nodes::{NO_TURN, unit};
+use crate::nodes::{IDENTITY_ROTATION, normalized};
 
 /// How to get from one key to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,13 +83,13 @@ impl Keys {
         if let (Place::After(key, s, _), Interpolation::Linear) = (self.place(seconds), self.interpolation) {
             let [from, to] = [key, key + 1].map(|key| {
                 let value = self.value(key);
-                Quat::from_array(unit([value[0], value[1], value[2], value[3]]).unwrap_or(NO_TURN))
+                Quat::from_array(normalized([value[0], value[1], value[2], value[3]]).unwrap_or(IDENTITY_ROTATION))
             });
-            return unit(from.slerp(to, s).to_array()).unwrap_or(NO_TURN);
+            return normalized(from.slerp(to, s).to_array()).unwrap_or(IDENTITY_ROTATION);
         }
         let mut out = [0.0; 4];
         self.sample(seconds, &mut out);
-        unit(out).unwrap_or(NO_TURN)
+        normalized(out).unwrap_or(IDENTITY_ROTATION)
     }
 
     fn place(&self, seconds: f64) -> Place {

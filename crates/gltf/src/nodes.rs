@@ -68,7 +68,7 @@ impl Local {
                 if !axes.is_finite() {
                     axes = glam::Mat3::IDENTITY;
                 }
-                let rotation = unit(glam::Quat::from_mat3(&axes).to_array()).unwrap_or(NO_TURN);
+                let rotation = normalized(glam::Quat::from_mat3(&axes).to_array()).unwrap_or(IDENTITY_ROTATION);
                 Trs { translation: affine.translation, rotation, scale }
             }
         }
@@ -76,10 +76,10 @@ impl Local {
 }
 
 /// The quaternion of no rotation.
-pub(crate) const NO_TURN: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+pub(crate) const IDENTITY_ROTATION: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// A quaternion of length one; `None` for one without a direction.
-pub(crate) fn unit(quaternion: [f32; 4]) -> Option<[f32; 4]> {
+pub(crate) fn normalized(quaternion: [f32; 4]) -> Option<[f32; 4]> {
     // In double precision, the length of a finite quaternion is finite.
     let quaternion = quaternion.map(f64::from);
     let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
@@ -204,7 +204,7 @@ fn check_placement(node: &Node, item: impl Fn() -> Item, notes: &mut Notes) -> R
     if node.matrix.as_ref().is_some_and(|m| [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0]) {
         notes.add(|| format!("{}: the last row of its matrix is ignored", item()));
     }
-    if node.matrix.is_none() && node.rotation.as_ref().is_some_and(|rotation| unit(**rotation).is_none()) {
+    if node.matrix.is_none() && node.rotation.as_ref().is_some_and(|rotation| normalized(**rotation).is_none()) {
         notes.add(|| format!("{}: its rotation is zero, and is ignored", item()));
     }
     Ok(())
@@ -217,7 +217,7 @@ fn local(node: &Node) -> Local {
     }
     Local::Trs(Trs {
         translation: node.translation.as_deref().copied().unwrap_or([0.0; 3]),
-        rotation: node.rotation.as_deref().and_then(|&rotation| unit(rotation)).unwrap_or(NO_TURN),
+        rotation: node.rotation.as_deref().and_then(|&rotation| normalized(rotation)).unwrap_or(IDENTITY_ROTATION),
         scale: node.scale.as_deref().copied().unwrap_or([1.0; 3]),
     })
 }
