@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::budget::Budget;
 use crate::document::Document;
 use crate::error::{Item, Problem};
-use crate::json::{Accessor, ComponentType, Index, Shape, Sparse, View};
+use crate::json::{Accessor, ComponentType, ElementType, Index, Sparse, View};
 
 /// Reads accessors of one file.
 pub(crate) struct Accessors<'a> {
@@ -41,10 +41,10 @@ impl<'a> Accessors<'a> {
     pub(crate) fn floats<const N: usize>(
         &self,
         index: Index<Accessor>,
-        shape: Shape,
+        element_type: ElementType,
         from: &Item,
     ) -> Result<Vec<[f32; N]>, Problem> {
-        let (accessor, item) = self.accessor(index, shape, from)?;
+        let (accessor, item) = self.accessor(index, element_type, from)?;
         let component = component_type(accessor, &item)?;
         match (component, accessor.normalized) {
             (ComponentType::F32, _) => self.read(accessor, &item, f32::from_le_bytes),
@@ -68,10 +68,10 @@ impl<'a> Accessors<'a> {
     pub(crate) fn integers<const N: usize>(
         &self,
         index: Index<Accessor>,
-        shape: Shape,
+        element_type: ElementType,
         from: &Item,
     ) -> Result<Vec<[u32; N]>, Problem> {
-        let (accessor, item) = self.accessor(index, shape, from)?;
+        let (accessor, item) = self.accessor(index, element_type, from)?;
         match component_type(accessor, &item)? {
             ComponentType::U8 => self.read(accessor, &item, |[b]| u32::from(b)),
             ComponentType::U16 => self.read(accessor, &item, |b| u32::from(u16::from_le_bytes(b))),
@@ -81,10 +81,10 @@ impl<'a> Accessors<'a> {
     }
 
     /// How many numbers each element of an accessor has.
-    pub(crate) fn shape(&self, index: Index<Accessor>, from: &Item) -> Result<Shape, Problem> {
-        match self.document.get(index, "accessor", from)?.shape {
-            Shape::Unknown => Err(Item::new("accessor", index.value()).invalid("has an unknown type")),
-            shape => Ok(shape),
+    pub(crate) fn element_type(&self, index: Index<Accessor>, from: &Item) -> Result<ElementType, Problem> {
+        match self.document.get(index, "accessor", from)?.element_type {
+            ElementType::Unknown => Err(Item::new("accessor", index.value()).invalid("has an unknown type")),
+            element_type => Ok(element_type),
         }
     }
 
@@ -102,13 +102,18 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    fn accessor(&self, index: Index<Accessor>, shape: Shape, from: &Item) -> Result<(&'a Accessor, Item), Problem> {
+    fn accessor(
+        &self,
+        index: Index<Accessor>,
+        element_type: ElementType,
+        from: &Item,
+    ) -> Result<(&'a Accessor, Item), Problem> {
         let accessor = self.document.get(index, "accessor", from)?;
         let item = Item::named("accessor", index.value(), accessor.name.as_deref());
-        match accessor.shape {
-            found if found == shape => Ok((accessor, item)),
-            Shape::Unknown => Err(item.invalid("has an unknown type")),
-            found => Err(item.invalid(format!("is {found:?}, where {shape:?} is needed by {from}"))),
+        match accessor.element_type {
+            found if found == element_type => Ok((accessor, item)),
+            ElementType::Unknown => Err(item.invalid("has an unknown type")),
+            found => Err(item.invalid(format!("is {found:?}, where {element_type:?} is needed by {from}"))),
         }
     }
 

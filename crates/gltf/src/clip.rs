@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::accessor::Accessors;
 use crate::document::Document;
 use crate::error::{Item, Problem, Quoted};
-use crate::json::{Animation, Channel, Interpolation as InterpolationJson, Path, Shape};
+use crate::json::{Animation, Channel, ElementType, Interpolation as InterpolationJson, Path};
 use crate::keys::{Interpolation, Keys};
 use crate::notes::Notes;
 use crate::{Clip as Choice, ClipInfo, Options};
@@ -207,7 +207,7 @@ impl Reader<'_> {
         let times = match self.times.get(&sampler.input.value()) {
             Some(times) => Arc::clone(times),
             None => {
-                let times = self.accessors.floats::<1>(sampler.input, Shape::Scalar, from)?;
+                let times = self.accessors.floats::<1>(sampler.input, ElementType::Scalar, from)?;
                 let times: Arc<[f32]> = times.into_flattened().into();
                 self.times.insert(sampler.input.value(), Arc::clone(&times));
                 times
@@ -215,11 +215,11 @@ impl Reader<'_> {
         };
         let values = match channel.target.path {
             Path::Translation | Path::Scale => {
-                self.accessors.floats::<3>(sampler.output, Shape::Vec3, from)?.into_flattened()
+                self.accessors.floats::<3>(sampler.output, ElementType::Vec3, from)?.into_flattened()
             }
-            Path::Rotation => self.accessors.floats::<4>(sampler.output, Shape::Vec4, from)?.into_flattened(),
+            Path::Rotation => self.accessors.floats::<4>(sampler.output, ElementType::Vec4, from)?.into_flattened(),
             Path::Weights | Path::Unknown => {
-                self.accessors.floats::<1>(sampler.output, Shape::Scalar, from)?.into_flattened()
+                self.accessors.floats::<1>(sampler.output, ElementType::Scalar, from)?.into_flattened()
             }
         };
         if times.is_empty() {

@@ -4,7 +4,7 @@ use kinetree::Skin;
 
 use crate::accessor::Accessors;
 use crate::error::{Item, Problem};
-use crate::json::{Accessor, Index, Shape};
+use crate::json::{Accessor, ElementType, Index};
 use crate::notes::Notes;
 
 /// A set of joints and a set of weights, as accessors.
@@ -24,8 +24,8 @@ pub(crate) fn read(
 ) -> Result<Skin, Problem> {
     let mut loaded = Vec::with_capacity(sets.len());
     for &(joints, weights) in sets {
-        let joints = accessors.integers::<4>(joints, Shape::Vec4, item)?;
-        let weights = accessors.floats::<4>(weights, Shape::Vec4, item)?;
+        let joints = accessors.integers::<4>(joints, ElementType::Vec4, item)?;
+        let weights = accessors.floats::<4>(weights, ElementType::Vec4, item)?;
         if joints.len() != count || weights.len() != count {
             return Err(item.invalid("has joints or weights for another number of vertices than it has"));
         }

@@ -5,7 +5,7 @@ use kinetree::Affine;
 use crate::accessor::Accessors;
 use crate::budget::Budget;
 use crate::error::{Item, Problem};
-use crate::json::{Instancing, Shape};
+use crate::json::{ElementType, Instancing};
 use crate::nodes::{IDENTITY_ROTATION, Trs, normalized};
 
 /// What an instance takes in a scene, in numbers: far more than its placement takes in a file.
@@ -22,9 +22,10 @@ pub(crate) fn placements(
     node: &Item,
 ) -> Result<Vec<Affine>, Problem> {
     let attributes = &instancing.attributes;
-    let vectors = |index| accessors.floats::<3>(index, Shape::Vec3, node);
+    let vectors = |index| accessors.floats::<3>(index, ElementType::Vec3, node);
     let translations = attributes.translation.map(vectors).transpose()?;
-    let rotations = attributes.rotation.map(|index| accessors.floats::<4>(index, Shape::Vec4, node)).transpose()?;
+    let rotations =
+        attributes.rotation.map(|index| accessors.floats::<4>(index, ElementType::Vec4, node)).transpose()?;
     let scales = attributes.scale.map(vectors).transpose()?;
     let counts = [translations.as_ref().map(Vec::len), rotations.as_ref().map(Vec::len), scales.as_ref().map(Vec::len)];
     let count = counts.iter().flatten().copied().max().unwrap_or(0);

@@ -10,7 +10,7 @@ use crate::budget::Budget;
 use crate::document::Document;
 use crate::error::{Item, Problem};
 use crate::influences::FIRST_JOINT;
-use crate::json::{Mode, Primitive, Semantic, Shape};
+use crate::json::{ElementType, Mode, Primitive, Semantic};
 use crate::material::Materials;
 use crate::notes::Notes;
 use crate::triangles::triangles;
@@ -147,7 +147,7 @@ impl Meshes<'_> {
         item: &Item,
     ) -> Result<Vec<[u32; 3]>, Problem> {
         let indices: Vec<u32> = match primitive.indices {
-            Some(indices) => self.accessors.integers::<1>(indices, Shape::Scalar, item)?.into_flattened(),
+            Some(indices) => self.accessors.integers::<1>(indices, ElementType::Scalar, item)?.into_flattened(),
             None => {
                 self.budget.spend_numbers(vertices as u64, item)?;
                 (0..vertices as u32).collect()

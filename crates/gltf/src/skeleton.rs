@@ -7,7 +7,7 @@ use kinetree::Affine;
 use crate::accessor::Accessors;
 use crate::document::Document;
 use crate::error::{Item, Problem};
-use crate::json::{self, Index, Shape};
+use crate::json::{self, ElementType, Index};
 use crate::nodes::Hierarchy;
 
 /// The joints of all skins, and the nodes above them. Always: a bone stands after its parent.
@@ -100,7 +100,7 @@ impl Skin {
         let joint_from_mesh = match skin.inverse_bind_matrices {
             None => vec![Affine::IDENTITY; joints.len()],
             Some(accessor) => {
-                let matrices = accessors.floats::<16>(accessor, Shape::Mat4, &item)?;
+                let matrices = accessors.floats::<16>(accessor, ElementType::Mat4, &item)?;
                 if matrices.len() < joints.len() || !matrices.as_flattened().iter().all(|number| number.is_finite()) {
                     return Err(
                         item.invalid("has fewer inverse bind matrices than joints, or some that are not finite")

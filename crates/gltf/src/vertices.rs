@@ -5,7 +5,7 @@ use kinetree::Skin;
 use crate::accessor::Accessors;
 use crate::error::{Item, Problem};
 use crate::influences;
-use crate::json::{Accessor, Index, Primitive, Semantic, Shape};
+use crate::json::{Accessor, ElementType, Index, Primitive, Semantic};
 use crate::normals::face_normal;
 use crate::notes::Notes;
 
@@ -53,14 +53,14 @@ impl Sources {
     }
 
     pub(crate) fn read(&self, accessors: &Accessors<'_>, item: &Item, notes: &mut Notes) -> Result<Vertices, Problem> {
-        let vectors = |index| accessors.floats::<3>(index, Shape::Vec3, item);
+        let vectors = |index| accessors.floats::<3>(index, ElementType::Vec3, item);
         let positions = self.positions.map(vectors).transpose()?.unwrap_or_default();
         if let Some(vertex) = first_unbounded(&positions) {
             return Err(item.invalid(format!("has a vertex, {vertex}, whose position is not finite")));
         }
         let count = positions.len();
         let normals = self.normals.map(vectors).transpose()?;
-        let mut uvs = self.uvs.map(|index| accessors.floats::<2>(index, Shape::Vec2, item)).transpose()?;
+        let mut uvs = self.uvs.map(|index| accessors.floats::<2>(index, ElementType::Vec2, item)).transpose()?;
         let mut colors = self.colors.map(|index| colors(accessors, index, item)).transpose()?;
         for (what, length) in [
             ("normals", normals.as_ref().map(Vec::len)),
@@ -128,12 +128,12 @@ pub(crate) fn numbers_per_vertex(targets: usize) -> u64 {
 
 /// RGB or RGBA.
 fn colors(accessors: &Accessors<'_>, index: Index<Accessor>, item: &Item) -> Result<Vec<[f32; 4]>, Problem> {
-    match accessors.shape(index, item)? {
-        Shape::Vec3 => {
-            let colors = accessors.floats::<3>(index, Shape::Vec3, item)?;
+    match accessors.element_type(index, item)? {
+        ElementType::Vec3 => {
+            let colors = accessors.floats::<3>(index, ElementType::Vec3, item)?;
             Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
         }
-        _ => accessors.floats::<4>(index, Shape::Vec4, item),
+        _ => accessors.floats::<4>(index, ElementType::Vec4, item),
     }
 }
 

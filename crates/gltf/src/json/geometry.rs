@@ -44,7 +44,7 @@ pub(crate) struct Accessor {
     pub(crate) normalized: bool,
     pub(crate) count: u64,
     #[serde(rename = "type")]
-    pub(crate) shape: Shape,
+    pub(crate) element_type: ElementType,
     pub(crate) sparse: Option<Box<Sparse>>,
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct SparseValues {
 /// How many numbers an element has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
-pub(crate) enum Shape {
+pub(crate) enum ElementType {
     Scalar,
     Vec2,
     Vec3,

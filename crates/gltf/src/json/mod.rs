@@ -16,7 +16,7 @@ use serde::de::{Deserializer, IgnoredAny};
 
 pub(crate) use self::animation::{Animation, Channel, Interpolation, Path};
 pub(crate) use self::geometry::{
-    Accessor, Buffer, ComponentType, Mesh, Mode, Primitive, Semantic, Shape, Sparse, View,
+    Accessor, Buffer, ComponentType, ElementType, Mesh, Mode, Primitive, Semantic, Sparse, View,
 };
 pub(crate) use self::index::Index;
 pub(crate) use self::list::List;
