@@ -395,7 +395,7 @@ impl<'a> Assembly<'a> {
             first.map_err(refused(&Item::new("the first moment of animation", 0)))?;
             Box::new(self.player)
         };
-        (self.material_set.materials, self.material_set.textures) = self.materials.into_look();
+        (self.material_set.materials, self.material_set.textures) = self.materials.into_parts();
         let Self { scene, material_set, lights, cameras, .. } = self;
         Ok(World { scene, material_set: Arc::new(material_set), lights, cameras, motion })
     }

@@ -40,7 +40,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    pub(crate) fn into_look(self) -> (Vec<Material>, Vec<Texture>) {
+    pub(crate) fn into_parts(self) -> (Vec<Material>, Vec<Texture>) {
         (self.converted, self.textures.into_textures())
     }
 

@@ -6,7 +6,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
-use super::look::Material;
+use super::material::Material;
 use super::{Index, Name};
 
 /// Bytes.

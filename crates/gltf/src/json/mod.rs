@@ -8,7 +8,7 @@ mod animation;
 mod geometry;
 mod index;
 mod list;
-mod look;
+mod material;
 mod scene;
 
 use serde::Deserialize;
@@ -20,7 +20,7 @@ pub(crate) use self::geometry::{
 };
 pub(crate) use self::index::Index;
 pub(crate) use self::list::List;
-pub(crate) use self::look::{AlphaMode, Image, Material, Sampler, Texture, TextureInfo};
+pub(crate) use self::material::{AlphaMode, Image, Material, Sampler, Texture, TextureInfo};
 pub(crate) use self::scene::{Camera, Instancing, Light, LightKind, Node, Scene, Skin};
 
 /// A whole file.

@@ -4,7 +4,7 @@ mod animation;
 mod files;
 mod geometry;
 mod hostile;
-mod looks;
+mod materials;
 mod regressions;
 mod scenes;
 mod skins;
