@@ -136,13 +136,13 @@ impl<'a> Accessors<'a> {
             if sparse.count > count {
                 return Err(item.invalid("replaces more elements than it has"));
             }
-            let places = self.sparse_indices(sparse, item)?;
+            let indices = self.sparse_indices(sparse, item)?;
             let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset);
             let replacements = self.elements(view, offset, sparse.count, N * S, item)?;
-            for (place, bytes) in places.zip(replacements.iter()) {
+            for (index, bytes) in indices.zip(replacements.iter()) {
                 let length = values.len();
-                let value = values.get_mut(place as usize);
-                *value.ok_or_else(|| item.invalid(format!("replaces element {place} of {length}")))? = element(bytes);
+                let value = values.get_mut(index as usize);
+                *value.ok_or_else(|| item.invalid(format!("replaces element {index} of {length}")))? = element(bytes);
             }
         }
         Ok(values)

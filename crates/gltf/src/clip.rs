@@ -55,8 +55,8 @@ impl Clip {
             }
             let item = document.animation_item(index);
             let mut reader = Reader { document, accessors, animation, item, times: &mut times };
-            for (place, channel) in animation.channels.iter().enumerate() {
-                reader.read(place, channel, &mut clip, notes)?;
+            for (number, channel) in animation.channels.iter().enumerate() {
+                reader.read(number, channel, &mut clip, notes)?;
             }
         }
         Ok(clip)
@@ -79,8 +79,8 @@ fn chosen(document: &Document, choice: &Choice) -> Result<Vec<bool>, Problem> {
         Choice::Index(0) if animations.is_empty() => return Ok(Vec::new()),
         Choice::Index(index) => (Some(*index), index.to_string()),
         Choice::Name(name) => {
-            let place = animations.iter().position(|animation| animation.name.as_deref() == Some(name));
-            (place, Quoted::new(name).to_string())
+            let index = animations.iter().position(|animation| animation.name.as_deref() == Some(name));
+            (index, Quoted::new(name).to_string())
         }
     };
     let Some(index) = index.filter(|&index| index < animations.len()) else {
@@ -140,9 +140,9 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn read(&mut self, place: usize, channel: &Channel, clip: &mut Clip, notes: &mut Notes) -> Result<(), Problem> {
+    fn read(&mut self, number: usize, channel: &Channel, clip: &mut Clip, notes: &mut Notes) -> Result<(), Problem> {
         let item = self.item.clone();
-        let mut ignore = |why: &str| notes.add(|| format!("{item}: channel {place} {why}, and is ignored"));
+        let mut ignore = |why: &str| notes.add(|| format!("{item}: channel {number} {why}, and is ignored"));
         let path = channel.target.path;
         let Some(node) = channel.target.node else {
             notes.ignored("a channel without a node", "what only extensions animate stands still", Some(&item));
@@ -163,7 +163,7 @@ impl Reader<'_> {
             ignore("moves the morph targets of a node that has none");
             return Ok(());
         }
-        let Some(keys) = self.keys(place, channel, width)? else {
+        let Some(keys) = self.keys(number, channel, width)? else {
             ignore("has no keys");
             return Ok(());
         };
@@ -180,7 +180,7 @@ impl Reader<'_> {
             slot.replace(keys).is_some()
         };
         if taken {
-            notes.add(|| format!("{item}: channel {place} takes the place of an earlier one for the same node"));
+            notes.add(|| format!("{item}: channel {number} takes the place of an earlier one for the same node"));
         }
         clip.duration = clip.duration.max(end);
         Ok(())
@@ -191,7 +191,7 @@ impl Reader<'_> {
         self.document.root.nodes[node].mesh.map_or(0, |mesh| self.document.target_count(mesh.value()))
     }
 
-    fn keys(&mut self, place: usize, channel: &Channel, width: usize) -> Result<Option<Keys>, Problem> {
+    fn keys(&mut self, number: usize, channel: &Channel, width: usize) -> Result<Option<Keys>, Problem> {
         let samplers = &self.animation.samplers;
         let (from, index) = (&self.item, channel.sampler as usize);
         let missing = || Problem::NoSuch { from: from.clone(), kind: "sampler", index, count: samplers.len() };
@@ -201,7 +201,7 @@ impl Reader<'_> {
             InterpolationJson::Linear => Interpolation::Linear,
             InterpolationJson::CubicSpline => Interpolation::CubicSpline,
             InterpolationJson::Unknown => {
-                return Err(from.invalid(format!("has an unknown interpolation in channel {place}")));
+                return Err(from.invalid(format!("has an unknown interpolation in channel {number}")));
             }
         };
         let times = match self.times.get(&sampler.input.value()) {
@@ -226,13 +226,13 @@ impl Reader<'_> {
             return Ok(None);
         }
         if !values.iter().all(|value| value.is_finite()) {
-            return Err(from.invalid(format!("has values that are not finite in channel {place}")));
+            return Err(from.invalid(format!("has values that are not finite in channel {number}")));
         }
         let (keys, numbers) = (times.len(), values.len());
         let fits = Keys::new(times, values, width, interpolation);
         let broken = || {
             let reason = "with times that are not finite or go back, or with too many or too few values";
-            from.invalid(format!("has a channel, {place}, of {keys} keys and {numbers} numbers {reason}"))
+            from.invalid(format!("has a channel, {number}, of {keys} keys and {numbers} numbers {reason}"))
         };
         fits.map(Some).ok_or_else(broken)
     }

@@ -110,7 +110,7 @@ pub enum Problem {
 pub struct Item {
     /// In the singular, as the specification calls it.
     pub kind: &'static str,
-    /// Its place in the file's array.
+    /// Its index in the array of the file.
     pub index: usize,
     /// As written in the file.
     pub name: Option<String>,

@@ -26,9 +26,9 @@ pub(crate) struct Textures<'a> {
     loaded: Vec<Texture>,
     /// Of each loaded texture, the smallest alpha of any texel, in 0..=1.
     least_alpha: Vec<f32>,
-    /// From a texture's image and how it is sampled to its place in `loaded`; `None` for one that cannot be had.
-    places: HashMap<(usize, [u8; 3]), Option<u32>>,
-    /// From an image to the first place where it is in `loaded`; `None` for one that cannot be had.
+    /// From a texture's image and how it is sampled to its index in `loaded`; `None` if it could not be loaded.
+    indices: HashMap<(usize, [u8; 3]), Option<u32>>,
+    /// From an image to the first index in `loaded` that has it; `None` if it could not be decoded.
     decoded: HashMap<usize, Option<u32>>,
 }
 
@@ -47,7 +47,7 @@ impl<'a> Textures<'a> {
             bytes_left: max_bytes,
             loaded: Vec::new(),
             least_alpha: Vec::new(),
-            places: HashMap::new(),
+            indices: HashMap::new(),
             decoded: HashMap::new(),
         }
     }
@@ -58,11 +58,11 @@ impl<'a> Textures<'a> {
     }
 
     /// The smallest alpha of a loaded texture, in 0..=1.
-    pub(crate) fn least_alpha(&self, place: u32) -> f32 {
-        self.least_alpha[place as usize]
+    pub(crate) fn least_alpha(&self, loaded_index: u32) -> f32 {
+        self.least_alpha[loaded_index as usize]
     }
 
-    /// The place of a colour texture among the loaded ones; `None`, and a note, if it cannot be had.
+    /// The index of a colour texture among the loaded ones; `None`, and a note, if it cannot be loaded.
     pub(crate) fn color(&mut self, index: Index<json::Texture>, from: &Item, notes: &mut Notes) -> Option<u32> {
         let texture = match self.document.get(index, "texture", from) {
             Ok(texture) => texture,
@@ -83,12 +83,12 @@ impl<'a> Textures<'a> {
         });
         let (wrap, filter) = sampler.map(sampling).unwrap_or_default();
         let key = (image.value(), [wrap[0] as u8, wrap[1] as u8, filter as u8]);
-        if let Some(&place) = self.places.get(&key) {
-            return place;
+        if let Some(&loaded_index) = self.indices.get(&key) {
+            return loaded_index;
         }
-        let place = self.load(image, wrap, filter, &item, notes);
-        self.places.insert(key, place);
-        place
+        let loaded_index = self.load(image, wrap, filter, &item, notes);
+        self.indices.insert(key, loaded_index);
+        loaded_index
     }
 
     /// Puts an image with its own sampling among the loaded textures.
@@ -112,20 +112,20 @@ impl<'a> Textures<'a> {
                 return None;
             }
         };
-        let place = self.loaded.len() as u32;
+        let loaded_index = self.loaded.len() as u32;
         let least = texture.texels.iter().map(|texel| texel[3]).min().unwrap_or(u8::MAX);
         self.least_alpha.push(f32::from(least) / 255.0);
         self.loaded.push(Texture { wrap, filter, ..texture });
-        self.decoded.entry(image.value()).or_insert(Some(place));
-        Some(place)
+        self.decoded.entry(image.value()).or_insert(Some(loaded_index));
+        Some(loaded_index)
     }
 
     /// The same image for another sampling.
-    fn copy(&mut self, place: u32, image: Index<json::Image>, from: &Item) -> Result<Texture, Problem> {
-        let (width, height) = (self.loaded[place as usize].width, self.loaded[place as usize].height);
+    fn copy(&mut self, loaded_index: u32, image: Index<json::Image>, from: &Item) -> Result<Texture, Problem> {
+        let (width, height) = (self.loaded[loaded_index as usize].width, self.loaded[loaded_index as usize].height);
         let item = self.document.get(image, "image", from).map(|json| image_item(image, json))?;
         self.spend(width, height, &item)?;
-        Ok(self.loaded[place as usize].clone())
+        Ok(self.loaded[loaded_index as usize].clone())
     }
 
     fn decode(&mut self, index: Index<json::Image>, from: &Item) -> Result<Texture, Problem> {

@@ -29,11 +29,11 @@ pub(crate) struct Keys {
     interpolation: Interpolation,
 }
 
-/// Where a time lies among the keys.
-enum Place {
+/// Where a time lies among the key frames.
+enum TimeSpan {
     At(usize),
     /// After this key, by this fraction of the way to the next, which takes so many seconds.
-    After(usize, f32, f32),
+    Between(usize, f32, f32),
 }
 
 impl Keys {
@@ -52,14 +52,16 @@ impl Keys {
 
     /// The values at a time; before the first key those of the first, after the last those of the last.
     pub(crate) fn sample(&self, seconds: f64, out: &mut [f32]) {
-        match (self.place(seconds), self.interpolation) {
-            (Place::At(key), _) | (Place::After(key, ..), Interpolation::Step) => out.copy_from_slice(self.value(key)),
-            (Place::After(key, s, _), Interpolation::Linear) => {
+        match (self.span_at(seconds), self.interpolation) {
+            (TimeSpan::At(key), _) | (TimeSpan::Between(key, ..), Interpolation::Step) => {
+                out.copy_from_slice(self.value(key))
+            }
+            (TimeSpan::Between(key, s, _), Interpolation::Linear) => {
                 for ((out, a), b) in out.iter_mut().zip(self.value(key)).zip(self.value(key + 1)) {
                     *out = a * (1.0 - s) + b * s;
                 }
             }
-            (Place::After(key, s, length), Interpolation::CubicSpline) => {
+            (TimeSpan::Between(key, s, length), Interpolation::CubicSpline) => {
                 let (s2, s3) = (s * s, s * s * s);
                 let (start, end) = (2.0 * s3 - 3.0 * s2 + 1.0, 3.0 * s2 - 2.0 * s3);
                 let (leave, arrive) = (length * (s3 - 2.0 * s2 + s), length * (s3 - s2));
@@ -80,7 +82,7 @@ impl Keys {
 
     /// A unit quaternion.
     pub(crate) fn rotation(&self, seconds: f64) -> [f32; 4] {
-        if let (Place::After(key, s, _), Interpolation::Linear) = (self.place(seconds), self.interpolation) {
+        if let (TimeSpan::Between(key, s, _), Interpolation::Linear) = (self.span_at(seconds), self.interpolation) {
             let [from, to] = [key, key + 1].map(|key| {
                 let value = self.value(key);
                 Quat::from_array(normalized([value[0], value[1], value[2], value[3]]).unwrap_or(IDENTITY_ROTATION))
@@ -92,16 +94,16 @@ impl Keys {
         normalized(out).unwrap_or(IDENTITY_ROTATION)
     }
 
-    fn place(&self, seconds: f64) -> Place {
+    fn span_at(&self, seconds: f64) -> TimeSpan {
         let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
         if after == 0 {
-            return Place::At(0);
+            return TimeSpan::At(0);
         }
         if after == self.times.len() {
-            return Place::At(after - 1);
+            return TimeSpan::At(after - 1);
         }
         let (from, to) = (f64::from(self.times[after - 1]), f64::from(self.times[after]));
-        Place::After(after - 1, ((seconds - from) / (to - from)) as f32, (to - from) as f32)
+        TimeSpan::Between(after - 1, ((seconds - from) / (to - from)) as f32, (to - from) as f32)
     }
 
     /// The value of a key, without its slopes.

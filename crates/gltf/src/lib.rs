@@ -117,7 +117,7 @@ pub enum Clip {
     /// the shorter ones wait at their ends for the longest.
     #[default]
     Together,
-    /// By its place in the file. The first may be asked for even if there is none: then nothing moves.
+    /// By its index in the file. Index 0 is accepted even if the file has no animation: then nothing moves.
     Index(usize),
     /// By its name.
     Name(String),

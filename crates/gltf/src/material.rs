@@ -18,19 +18,19 @@ pub(crate) struct Materials<'a> {
     document: &'a Document,
     textures: Textures<'a>,
     converted: Vec<Material>,
-    /// From a material of the file to its place in `converted`; the last is the default material.
-    places: Vec<Option<u32>>,
+    /// From a material of the file to its index in `converted`; the last is the default material.
+    indices: Vec<Option<u32>>,
 }
 
 impl<'a> Materials<'a> {
     pub(crate) fn new(document: &'a Document, textures: Textures<'a>) -> Self {
-        Self { document, textures, converted: Vec::new(), places: vec![None; document.root.materials.len() + 1] }
+        Self { document, textures, converted: Vec::new(), indices: vec![None; document.root.materials.len() + 1] }
     }
 
     /// Whether a ray can pass through a triangle of a material because of its alpha, where vertex colours have an alpha
     /// of at least `vertex_alpha`.
-    pub(crate) fn has_holes(&self, place: u32, vertex_alpha: f32) -> bool {
-        let material = &self.converted[place as usize];
+    pub(crate) fn has_holes(&self, index: u32, vertex_alpha: f32) -> bool {
+        let material = &self.converted[index as usize];
         let texture = material.base_color_texture.map_or(1.0, |texture| self.textures.least_alpha(texture.texture));
         let alpha = material.base_color[3] * texture * vertex_alpha;
         match material.alpha {
@@ -44,27 +44,27 @@ impl<'a> Materials<'a> {
         (self.converted, self.textures.into_textures())
     }
 
-    /// The place of a material of the file, or of the default material.
-    pub(crate) fn place(
+    /// The index in `converted` of a material of the file, or of the default material.
+    pub(crate) fn index_of(
         &mut self,
         index: Option<Index<json::Material>>,
         from: &Item,
         notes: &mut Notes,
     ) -> Result<u32, Problem> {
-        let default = self.places.len() - 1;
+        let default = self.indices.len() - 1;
         let slot = index.map_or(default, Index::value);
         let material = match index {
             Some(index) => self.document.get(index, "material", from)?,
             None => &json::Material::default(),
         };
-        if let Some(place) = self.places[slot] {
-            return Ok(place);
+        if let Some(converted_index) = self.indices[slot] {
+            return Ok(converted_index);
         }
         let converted = self.convert(material, slot, notes)?;
-        let place = self.converted.len() as u32;
+        let converted_index = self.converted.len() as u32;
         self.converted.push(converted);
-        self.places[slot] = Some(place);
-        Ok(place)
+        self.indices[slot] = Some(converted_index);
+        Ok(converted_index)
     }
 
     fn convert(&mut self, json: &json::Material, index: usize, notes: &mut Notes) -> Result<Material, Problem> {
@@ -98,8 +98,8 @@ impl<'a> Materials<'a> {
         notes: &mut Notes,
     ) -> Result<Option<TextureRef>, Problem> {
         let Some(info) = info else { return Ok(None) };
-        let Some(place) = self.textures.color(info.index, item, notes) else { return Ok(None) };
-        let mut texture = TextureRef::from(place);
+        let Some(texture) = self.textures.color(info.index, item, notes) else { return Ok(None) };
+        let mut texture = TextureRef::from(texture);
         if let Some(transform) = info.transform() {
             texture.scale = transform.scale;
             texture.rotation = transform.rotation;

@@ -89,16 +89,16 @@ impl Meshes<'_> {
         let mut blocks: Vec<Option<Vertices>> = Vec::new();
         let mut known: BTreeMap<Sources, usize> = BTreeMap::new();
         let mut pieces = Vec::new();
-        for (place, primitive) in mesh.primitives.iter().enumerate() {
+        for (number, primitive) in mesh.primitives.iter().enumerate() {
             let Some(mode) = Mode::of(primitive.mode) else {
-                return Err(item.invalid(format!("has an unknown mode in primitive {place}")));
+                return Err(item.invalid(format!("has an unknown mode in primitive {number}")));
             };
             if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
                 notes.ignored(&format!("a primitive of {mode:?}"), "only triangles are shown", Some(&item));
                 continue;
             }
             if primitive.attributes.get(Semantic::Positions).is_none() {
-                notes.add(|| format!("{item}: primitive {place} has no positions, and is left out"));
+                notes.add(|| format!("{item}: primitive {number} has no positions, and is left out"));
                 continue;
             }
             let [joints, weights] = [Semantic::Joints(0), Semantic::Weights(0)];
@@ -121,7 +121,7 @@ impl Meshes<'_> {
             let count = blocks[block].as_ref().map_or(0, Vertices::count);
             let triangles = self.triangles(primitive, mode, count, &item)?;
             if !triangles.is_empty() {
-                let material = materials.place(primitive.material, &item, notes)?;
+                let material = materials.index_of(primitive.material, &item, notes)?;
                 pieces.push(Piece { block, triangles, material });
             }
         }

@@ -122,7 +122,7 @@ impl Animation for Player {
                 scene.place(id, local)?;
             }
             if let Some(bone) = node.bone {
-                self.bones.place(bone, local);
+                self.bones.set_local(bone, local);
             }
             node.placed = Some(local);
         }

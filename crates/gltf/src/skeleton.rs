@@ -50,12 +50,12 @@ impl Bones {
         self.of_node.get(&node).copied()
     }
 
-    pub(crate) fn place(&mut self, bone: usize, parent_from_bone: Affine) {
+    pub(crate) fn set_local(&mut self, bone: usize, parent_from_bone: Affine) {
         self.parent_from_bone[bone] = parent_from_bone;
         self.moved = true;
     }
 
-    /// Brings all bones to their places in the world, and says whether any may have moved.
+    /// Computes the placement of all bones in the world, if any was set; returns whether it was.
     pub(crate) fn update(&mut self) -> bool {
         if !std::mem::take(&mut self.moved) {
             return false;

@@ -42,7 +42,7 @@ impl Source {
     /// The bytes of all buffers, each at least as long as it says. Buffers with the same URI, and those that come from the
     /// same file by different names, share their bytes.
     pub(crate) fn buffers(&self, buffers: &List<Buffer>) -> Result<Vec<Arc<[u8]>>, Problem> {
-        let mut known: HashMap<Place<'_>, Arc<[u8]>> = HashMap::new();
+        let mut known: HashMap<BufferKey<'_>, Arc<[u8]>> = HashMap::new();
         let mut all = Vec::with_capacity(buffers.len());
         for (index, buffer) in buffers.iter().enumerate() {
             let item = Item::named("buffer", index, buffer.name.as_deref());
@@ -50,9 +50,9 @@ impl Source {
                 None => {
                     self.binary.clone().ok_or_else(|| item.invalid("has no URI, and the file has no binary chunk"))?
                 }
-                Some(uri) => match known.entry(self.place(uri)) {
+                Some(uri) => match known.entry(self.key(uri)) {
                     Entry::Occupied(bytes) => Arc::clone(bytes.get()),
-                    Entry::Vacant(place) => Arc::clone(place.insert(self.fetch(uri)?.into())),
+                    Entry::Vacant(entry) => Arc::clone(entry.insert(self.fetch(uri)?.into())),
                 },
             };
             if (bytes.len() as u64) < buffer.byte_length {
@@ -76,14 +76,16 @@ impl Source {
         self.read.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn place<'a>(&self, uri: &'a str) -> Place<'a> {
+    fn key<'a>(&self, uri: &'a str) -> BufferKey<'a> {
         // Data is large, and is decoded only once.
         if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-            return Place::Uri(uri);
+            return BufferKey::Uri(uri);
         }
         match uri::resolve(uri) {
-            Ok(Target::File(path)) => self.folder.join(path).canonicalize().map_or(Place::Uri(uri), Place::File),
-            _ => Place::Uri(uri),
+            Ok(Target::File(path)) => {
+                self.folder.join(path).canonicalize().map_or(BufferKey::Uri(uri), BufferKey::File)
+            }
+            _ => BufferKey::Uri(uri),
         }
     }
 
@@ -102,9 +104,9 @@ impl Source {
     }
 }
 
-/// Where bytes come from. Equal places hold the same.
+/// Where bytes come from. Equal keys stand for equal bytes.
 #[derive(PartialEq, Eq, Hash)]
-enum Place<'a> {
+enum BufferKey<'a> {
     Uri(&'a str),
     /// In its one true spelling.
     File(PathBuf),

@@ -55,7 +55,7 @@ impl Sources {
     pub(crate) fn read(&self, accessors: &Accessors<'_>, item: &Item, notes: &mut Notes) -> Result<Vertices, Problem> {
         let vectors = |index| accessors.floats::<3>(index, ElementType::Vec3, item);
         let positions = self.positions.map(vectors).transpose()?.unwrap_or_default();
-        if let Some(vertex) = first_unbounded(&positions) {
+        if let Some(vertex) = first_non_finite(&positions) {
             return Err(item.invalid(format!("has a vertex, {vertex}, whose position is not finite")));
         }
         let count = positions.len();
@@ -71,7 +71,8 @@ impl Sources {
                 return Err(item.invalid(format!("has {count} positions and {length} {what} in one primitive")));
             }
         }
-        let repaired = uvs.as_mut().map_or(0, |uvs| bounded(uvs, 0.0)) + colors.as_mut().map_or(0, |c| bounded(c, 1.0));
+        let repaired = uvs.as_mut().map_or(0, |uvs| replace_non_finite(uvs, 0.0))
+            + colors.as_mut().map_or(0, |c| replace_non_finite(c, 1.0));
         if repaired > 0 {
             notes.add(|| format!("{item}: {repaired} colours or texture coordinates that are not finite are replaced"));
         }
@@ -80,7 +81,7 @@ impl Sources {
             let [positions, normals] = target.map(|index| index.map(vectors).transpose());
             let target = Displacements { positions: positions?, normals: normals? };
             for displacements in [&target.positions, &target.normals].into_iter().flatten() {
-                if displacements.len() != count || first_unbounded(displacements).is_some() {
+                if displacements.len() != count || first_non_finite(displacements).is_some() {
                     return Err(item.invalid("has a morph target of another size or with values that are not finite"));
                 }
             }
@@ -104,17 +105,17 @@ impl Vertices {
         let corners = triangles.as_flattened();
         let normals = triangles.iter().flat_map(|&triangle| [face_normal(&self.positions, triangle); 3]).collect();
         let target = |target: &Displacements| Displacements {
-            positions: target.positions.as_ref().map(|positions| gathered(positions, corners)),
+            positions: target.positions.as_ref().map(|positions| selected(positions, corners)),
             normals: None,
         };
         Self {
-            positions: gathered(&self.positions, corners),
+            positions: selected(&self.positions, corners),
             normals: Some(normals),
-            uvs: self.uvs.as_ref().map(|uvs| gathered(uvs, corners)),
-            colors: self.colors.as_ref().map(|colors| gathered(colors, corners)),
+            uvs: self.uvs.as_ref().map(|uvs| selected(uvs, corners)),
+            colors: self.colors.as_ref().map(|colors| selected(colors, corners)),
             skin: self.skin.as_ref().map(|skin| Skin {
-                joints: gathered(&skin.joints, corners),
-                weights: gathered(&skin.weights, corners),
+                joints: selected(&skin.joints, corners),
+                weights: selected(&skin.weights, corners),
             }),
             targets: self.targets.iter().map(target).collect(),
         }
@@ -137,16 +138,16 @@ fn colors(accessors: &Accessors<'_>, index: Index<Accessor>, item: &Item) -> Res
     }
 }
 
-fn gathered<T: Copy>(values: &[T], places: &[u32]) -> Vec<T> {
-    places.iter().map(|&place| values[place as usize]).collect()
+fn selected<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+    indices.iter().map(|&index| values[index as usize]).collect()
 }
 
-fn first_unbounded<const N: usize>(vectors: &[[f32; N]]) -> Option<usize> {
+fn first_non_finite<const N: usize>(vectors: &[[f32; N]]) -> Option<usize> {
     vectors.iter().position(|vector| !vector.iter().all(|number| number.is_finite()))
 }
 
-/// Puts a number in the place of those that are none, and says how many there were.
-fn bounded<const N: usize>(vectors: &mut [[f32; N]], replacement: f32) -> usize {
-    let unbounded = vectors.as_flattened_mut().iter_mut().filter(|number| !number.is_finite());
-    unbounded.map(|number| *number = replacement).count()
+/// Replaces the numbers that are not finite, and returns how many there were.
+fn replace_non_finite<const N: usize>(vectors: &mut [[f32; N]], replacement: f32) -> usize {
+    let non_finite = vectors.as_flattened_mut().iter_mut().filter(|number| !number.is_finite());
+    non_finite.map(|number| *number = replacement).count()
 }

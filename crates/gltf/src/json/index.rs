@@ -6,9 +6,9 @@ use std::num::NonZeroU32;
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// The place of a `T` in the file's array of them; nothing says that it is there.
+/// The index of a `T` in the file's array of them; it may lead nowhere.
 pub(crate) struct Index<T> {
-    /// One more than the place, so that an `Option` needs no room of its own.
+    /// One more than the index, so that an `Option` needs no room of its own.
     successor: NonZeroU32,
     of: PhantomData<fn() -> T>,
 }
@@ -23,9 +23,9 @@ impl<T> Index<T> {
 
 impl<'de, T> Deserialize<'de> for Index<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let place = u32::deserialize(deserializer)?;
-        let successor = place.checked_add(1).and_then(NonZeroU32::new);
-        let successor = successor.ok_or_else(|| D::Error::custom(format!("the index {place} is too large")))?;
+        let index = u32::deserialize(deserializer)?;
+        let successor = index.checked_add(1).and_then(NonZeroU32::new);
+        let successor = successor.ok_or_else(|| D::Error::custom(format!("the index {index} is too large")))?;
         Ok(Self { successor, of: PhantomData })
     }
 }
