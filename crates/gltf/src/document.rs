@@ -1,7 +1,7 @@
 //! A file that makes sense as a whole, and looking things up in it.
 
 use crate::error::{Item, Problem, Quoted};
-use crate::ignored;
+use crate::extensions;
 use crate::json::{Element, Index, Mesh, Primitive, Root};
 use crate::notes::Notes;
 
@@ -19,7 +19,7 @@ impl Document {
         if root.asset.version.split('.').next() != Some("2") {
             return Err(Problem::Json(Quoted::bare(&format!("its version is {:?}", root.asset.version))));
         }
-        ignored::extensions(&root, notes)?;
+        extensions::note_ignored(&root, notes)?;
         let target_counts = root.meshes.iter().map(target_count).collect();
         Ok(Self { root, target_counts })
     }

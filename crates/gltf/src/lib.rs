@@ -23,8 +23,8 @@
 //! file of its size can justify. What is merely odd is repaired and noted; an image that is missing or damaged costs its
 //! texture. What a file asks for and does not get is noted too, in one line for each extension or property.
 //!
-//! The map, in layers: `source` and `uri` find bytes, `json`, `document` and `accessor` make sense of them, and `ignored`
-//! says what is not followed; `triangles`, `normals`, `influences`, `vertices`, `mesh`, `pixels`, `image`, `material`,
+//! The map, in layers: `source` and `uri` find bytes, `json`, `document` and `accessor` make sense of them, and `extensions`
+//! says what is not supported; `triangles`, `normals`, `influences`, `vertices`, `mesh`, `pixels`, `image`, `material`,
 //! `nodes`, `instancing`, `skeleton`, `keys`, `clip`, `lights` and `cameras` read one kind of thing each; `assemble` makes
 //! a world of them, and `player` moves it.
 
@@ -35,7 +35,7 @@ mod cameras;
 mod clip;
 mod document;
 mod error;
-mod ignored;
+mod extensions;
 mod image;
 mod influences;
 mod instancing;

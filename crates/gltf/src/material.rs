@@ -8,7 +8,7 @@ use kinetree_render::{Alpha, Material, Scatter, Texture, TextureRef};
 
 use crate::document::Document;
 use crate::error::{Item, Problem};
-use crate::ignored;
+use crate::extensions;
 use crate::image::Textures;
 use crate::json::{self, AlphaMode, Index, TextureInfo};
 use crate::notes::Notes;
@@ -185,7 +185,7 @@ fn note_denied_wishes(json: &json::Material, item: &Item, notes: &mut Notes) {
         (extensions.specular_glossiness, "KHR_materials_pbrSpecularGlossiness"),
     ] {
         if is_asked {
-            ignored::extension(name, Some(item), notes);
+            extensions::note_ignored_one(name, Some(item), notes);
         }
     }
 }

@@ -6,7 +6,7 @@ use kinetree::Affine;
 
 use crate::document::Document;
 use crate::error::{Item, Problem};
-use crate::ignored;
+use crate::extensions;
 use crate::json::Node;
 use crate::notes::Notes;
 
@@ -101,7 +101,7 @@ impl<'a> Hierarchy<'a> {
             }
             check_placement(node, || document.node_item(index), notes)?;
             if node.is_hidden() {
-                ignored::extension("KHR_node_visibility", Some(&document.node_item(index)), notes);
+                extensions::note_ignored_one("KHR_node_visibility", Some(&document.node_item(index)), notes);
             }
         }
         let order = parents_first(document, &parents)?;

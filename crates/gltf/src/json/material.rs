@@ -104,7 +104,7 @@ impl Default for TextureTransform {
     }
 }
 
-/// Extensions of materials. Of those that are not followed, only whether they are there.
+/// Extensions of materials. Of those that are not supported, only whether they are there.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct MaterialExtensions {

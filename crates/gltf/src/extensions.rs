@@ -1,10 +1,10 @@
-//! Extensions: which are followed, which must be, and which are ignored.
+//! Extensions: which are supported, which may be ignored though a file requires them, and which are ignored.
 
 use crate::error::{Item, Problem, Quoted};
 use crate::json::Root;
 use crate::notes::Notes;
 
-const FOLLOWED: [&str; 8] = [
+const SUPPORTED: [&str; 8] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_texture_transform",
@@ -16,7 +16,7 @@ const FOLLOWED: [&str; 8] = [
 ];
 
 /// Extensions that change no more than how a surface reflects: a file that requires one is shown without it.
-const HARMLESS: [&str; 9] = [
+const OPTIONAL: [&str; 9] = [
     "KHR_materials_unlit",
     "KHR_materials_specular",
     "KHR_materials_clearcoat",
@@ -54,25 +54,25 @@ const CONSEQUENCES: [(&str, &str); 18] = [
 ///
 /// # Errors
 /// A required extension without which the scene cannot be shown.
-pub(crate) fn extensions(root: &Root, notes: &mut Notes) -> Result<(), Problem> {
-    for name in root.extensions_required.iter().filter(|name| !is_followed(name)) {
-        if !HARMLESS.contains(&&**name) {
+pub(crate) fn note_ignored(root: &Root, notes: &mut Notes) -> Result<(), Problem> {
+    for name in root.extensions_required.iter().filter(|name| !is_supported(name)) {
+        if !OPTIONAL.contains(&&**name) {
             return Err(Problem::Extension(Quoted::new(name)));
         }
     }
-    for name in root.extensions_used.iter().chain(root.extensions_required.iter()).filter(|name| !is_followed(name)) {
-        extension(name, None, notes);
+    for name in root.extensions_used.iter().chain(root.extensions_required.iter()).filter(|name| !is_supported(name)) {
+        note_ignored_one(name, None, notes);
     }
     Ok(())
 }
 
 /// Notes an extension that is ignored, perhaps in one of the items that have it.
-pub(crate) fn extension(name: &str, of: Option<&Item>, notes: &mut Notes) {
+pub(crate) fn note_ignored_one(name: &str, of: Option<&Item>, notes: &mut Notes) {
     let known = CONSEQUENCES.iter().find(|(known, _)| *known == name);
     let consequence = known.map_or("whatever it adds is missing", |(_, consequence)| consequence);
     notes.ignored(&format!("the extension {}", Quoted::bare(name)), consequence, of);
 }
 
-fn is_followed(name: &str) -> bool {
-    FOLLOWED.contains(&name)
+fn is_supported(name: &str) -> bool {
+    SUPPORTED.contains(&name)
 }
