@@ -68,9 +68,9 @@ pub(crate) struct Meshes<'a> {
     pub(crate) budget: &'a Budget,
 }
 
-/// A primitive: triangles among the vertices of a block.
-struct Piece {
-    block: usize,
+/// A primitive: triangles among the vertices of a set.
+struct IndexedPrimitive {
+    set: usize,
     triangles: Vec<[u32; 3]>,
     material: u32,
 }
@@ -86,9 +86,9 @@ impl Meshes<'_> {
         let item = self.document.mesh_item(index);
         let mesh = &self.document.root.meshes[index];
         // Primitives with the same attributes share their vertices.
-        let mut blocks: Vec<Option<Vertices>> = Vec::new();
+        let mut vertex_sets: Vec<Option<Vertices>> = Vec::new();
         let mut known: BTreeMap<Sources, usize> = BTreeMap::new();
-        let mut pieces = Vec::new();
+        let mut primitives = Vec::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let Some(mode) = Mode::of(primitive.mode) else {
                 return Err(item.invalid(format!("has an unknown mode in primitive {number}")));
@@ -110,28 +110,28 @@ impl Meshes<'_> {
                 );
             }
             let sources = Sources::of(primitive, self.coordinate_set(primitive));
-            let block = match known.get(&sources) {
-                Some(&block) => block,
+            let set = match known.get(&sources) {
+                Some(&set) => set,
                 None => {
-                    blocks.push(Some(sources.read(self.accessors, &item, notes)?));
-                    known.insert(sources, blocks.len() - 1);
-                    blocks.len() - 1
+                    vertex_sets.push(Some(sources.read(self.accessors, &item, notes)?));
+                    known.insert(sources, vertex_sets.len() - 1);
+                    vertex_sets.len() - 1
                 }
             };
-            let count = blocks[block].as_ref().map_or(0, Vertices::count);
+            let count = vertex_sets[set].as_ref().map_or(0, Vertices::count);
             let triangles = self.triangles(primitive, mode, count, &item)?;
             if !triangles.is_empty() {
                 let material = materials.index_of(primitive.material, &item, notes)?;
-                pieces.push(Piece { block, triangles, material });
+                primitives.push(IndexedPrimitive { set, triangles, material });
             }
         }
-        let blocks_of_file = blocks.len();
-        self.give_all_normals(&mut blocks, &mut pieces, &item)?;
+        let sets_of_file = vertex_sets.len();
+        self.give_all_normals(&mut vertex_sets, &mut primitives, &item)?;
         // What one primitive has, all are given, if only as zeros.
-        let vertices: u64 = blocks.iter().flatten().map(|block| block.count() as u64).sum();
+        let vertices: u64 = vertex_sets.iter().flatten().map(|set| set.count() as u64).sum();
         let targets = self.document.target_count(index);
         self.budget.spend_numbers(vertices.saturating_mul(crate::vertices::numbers_per_vertex(targets)), &item)?;
-        Ok((!pieces.is_empty()).then(|| joined(blocks, blocks_of_file, &pieces, targets, &item, notes)))
+        Ok((!primitives.is_empty()).then(|| merged(vertex_sets, sets_of_file, &primitives, targets, &item, notes)))
     }
 
     fn coordinate_set(&self, primitive: &Primitive) -> u32 {
@@ -161,96 +161,100 @@ impl Meshes<'_> {
         Ok(triangles(mode, &indices).unwrap_or_default())
     }
 
-    /// If some blocks have normals, gives the others those of their faces, with vertices of its own for every triangle.
+    /// If some vertex sets have normals, gives the others the normals of their faces; then every triangle has vertices of its own.
     fn give_all_normals(
         &self,
-        blocks: &mut Vec<Option<Vertices>>,
-        pieces: &mut [Piece],
+        vertex_sets: &mut Vec<Option<Vertices>>,
+        primitives: &mut [IndexedPrimitive],
         item: &Item,
     ) -> Result<(), Problem> {
-        let lacking: Vec<bool> = blocks.iter().flatten().map(|block| block.normals.is_none()).collect();
+        let lacking: Vec<bool> = vertex_sets.iter().flatten().map(|set| set.normals.is_none()).collect();
         if lacking.iter().all(|&lacks| lacks) {
             return Ok(());
         }
-        for piece in pieces.iter_mut().filter(|piece| lacking[piece.block]) {
-            let Some(block) = &blocks[piece.block] else { continue };
-            let corners = 3 * piece.triangles.len() as u64;
-            self.budget.spend_numbers(
-                corners.saturating_mul(crate::vertices::numbers_per_vertex(block.targets.len())),
-                item,
-            )?;
-            let flat = block.flat(&piece.triangles);
-            piece.triangles = (0..piece.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-            piece.block = blocks.len();
-            blocks.push(Some(flat));
+        for primitive in primitives.iter_mut().filter(|primitive| lacking[primitive.set]) {
+            let Some(set) = &vertex_sets[primitive.set] else { continue };
+            let corners = 3 * primitive.triangles.len() as u64;
+            self.budget
+                .spend_numbers(corners.saturating_mul(crate::vertices::numbers_per_vertex(set.targets.len())), item)?;
+            let flat = set.flat(&primitive.triangles);
+            primitive.triangles =
+                (0..primitive.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            primitive.set = vertex_sets.len();
+            vertex_sets.push(Some(flat));
         }
-        for (block, _) in blocks.iter_mut().zip(lacking).filter(|(_, lacks)| *lacks) {
-            *block = None;
+        for (set, _) in vertex_sets.iter_mut().zip(lacking).filter(|(_, lacks)| *lacks) {
+            *set = None;
         }
         Ok(())
     }
 }
 
-/// One mesh of all pieces. The blocks that are left stand one after the other; those after the first `blocks_of_file` are
+/// One mesh of all primitives: the remaining vertex sets, one after the other. Those after the first `sets_of_file` are
 /// flat.
-fn joined(
-    blocks: Vec<Option<Vertices>>,
-    blocks_of_file: usize,
-    pieces: &[Piece],
+fn merged(
+    vertex_sets: Vec<Option<Vertices>>,
+    sets_of_file: usize,
+    primitives: &[IndexedPrimitive],
     target_count: usize,
     item: &Item,
     notes: &mut Notes,
 ) -> Geometry {
-    let mut first_vertex = Vec::with_capacity(blocks.len());
+    let mut first_vertex = Vec::with_capacity(vertex_sets.len());
     let mut count = 0;
-    for block in &blocks {
+    for set in &vertex_sets {
         first_vertex.push(count as u32);
-        count += block.as_ref().map_or(0, Vertices::count);
+        count += set.as_ref().map_or(0, Vertices::count);
     }
-    let flat_from = first_vertex.get(blocks_of_file).map_or(count, |&first| first as usize);
-    let mut blocks: Vec<Vertices> = blocks.into_iter().flatten().collect();
-    let mut triangles = Vec::with_capacity(pieces.iter().map(|piece| piece.triangles.len()).sum());
+    let flat_from = first_vertex.get(sets_of_file).map_or(count, |&first| first as usize);
+    let mut vertex_sets: Vec<Vertices> = vertex_sets.into_iter().flatten().collect();
+    let mut triangles = Vec::with_capacity(primitives.iter().map(|primitive| primitive.triangles.len()).sum());
     let mut parts: Vec<Part> = Vec::new();
-    for piece in pieces {
-        if parts.last().is_none_or(|last| last.material != piece.material) {
-            parts.push(Part { first_triangle: triangles.len() as u32, material: piece.material });
+    for primitive in primitives {
+        if parts.last().is_none_or(|last| last.material != primitive.material) {
+            parts.push(Part { first_triangle: triangles.len() as u32, material: primitive.material });
         }
-        let first = first_vertex[piece.block];
-        triangles.extend(piece.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
+        let first = first_vertex[primitive.set];
+        triangles.extend(primitive.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     }
-    if blocks.iter().any(|block| block.skin.is_some()) && blocks.iter().any(|block| block.skin.is_none()) {
+    if vertex_sets.iter().any(|set| set.skin.is_some()) && vertex_sets.iter().any(|set| set.skin.is_none()) {
         notes.add(|| format!("{item}: the primitives without joints follow the first joint"));
     }
-    let counts: Vec<usize> = blocks.iter().map(Vertices::count).collect();
+    let counts: Vec<usize> = vertex_sets.iter().map(Vertices::count).collect();
     let positions =
-        concatenated(blocks.iter_mut().map(|block| Some(std::mem::take(&mut block.positions))), &counts, [0.0; 3]);
+        concatenated(vertex_sets.iter_mut().map(|set| Some(std::mem::take(&mut set.positions))), &counts, [0.0; 3]);
     let positions = positions.unwrap_or_default();
-    let mut normals = concatenated(blocks.iter_mut().map(|block| block.normals.take()), &counts, [0.0; 3]);
+    let mut normals = concatenated(vertex_sets.iter_mut().map(|set| set.normals.take()), &counts, [0.0; 3]);
     if let Some(normals) = &mut normals {
         let repaired = crate::normals::repair(normals, &positions, &triangles);
         if repaired > 0 {
             notes.add(|| format!("{item}: {repaired} normals without a direction are replaced"));
         }
     }
-    let uvs = concatenated(blocks.iter_mut().map(|block| block.uvs.take()), &counts, [0.0; 2]).unwrap_or_default();
+    let uvs = concatenated(vertex_sets.iter_mut().map(|set| set.uvs.take()), &counts, [0.0; 2]).unwrap_or_default();
     let colors =
-        concatenated(blocks.iter_mut().map(|block| block.colors.take()), &counts, [1.0; 4]).unwrap_or_default();
-    let joints = blocks.iter_mut().map(|block| block.skin.as_mut().map(|skin| std::mem::take(&mut skin.joints)));
+        concatenated(vertex_sets.iter_mut().map(|set| set.colors.take()), &counts, [1.0; 4]).unwrap_or_default();
+    let joints = vertex_sets.iter_mut().map(|set| set.skin.as_mut().map(|skin| std::mem::take(&mut skin.joints)));
     let joints = concatenated(joints, &counts, FIRST_JOINT.0);
-    let weights = blocks.iter_mut().map(|block| block.skin.as_mut().map(|skin| std::mem::take(&mut skin.weights)));
+    let weights = vertex_sets.iter_mut().map(|set| set.skin.as_mut().map(|skin| std::mem::take(&mut skin.weights)));
     let weights = concatenated(weights, &counts, FIRST_JOINT.1);
     let skin = joints.zip(weights).map(|(joints, weights)| Skin { joints, weights });
-    let targets = targets(&mut blocks, target_count, &counts, normals.is_some());
+    let targets = targets(&mut vertex_sets, target_count, &counts, normals.is_some());
     Geometry { positions, normals, flat_from, triangles, skin, targets, surface: Surface { parts, uvs, colors } }
 }
 
 /// A primitive that has fewer targets than another is not moved by those that it lacks.
-fn targets(blocks: &mut [Vertices], target_count: usize, counts: &[usize], with_normals: bool) -> Vec<MorphTarget> {
+fn targets(
+    vertex_sets: &mut [Vertices],
+    target_count: usize,
+    counts: &[usize],
+    with_normals: bool,
+) -> Vec<MorphTarget> {
     (0..target_count)
         .map(|i| {
-            let positions = blocks.iter_mut().map(|block| block.targets.get_mut(i)?.positions.take());
+            let positions = vertex_sets.iter_mut().map(|set| set.targets.get_mut(i)?.positions.take());
             let positions = concatenated(positions, counts, [0.0; 3]);
-            let normals = blocks.iter_mut().map(|block| block.targets.get_mut(i)?.normals.take());
+            let normals = vertex_sets.iter_mut().map(|set| set.targets.get_mut(i)?.normals.take());
             let normals = concatenated(normals, counts, [0.0; 3]).filter(|_| with_normals);
             MorphTarget {
                 positions: positions.unwrap_or_else(|| vec![[0.0; 3]; counts.iter().sum()]),
