@@ -1,7 +1,9 @@
-//! Renders a glTF file to a portable float map (PFM), linear and unexposed: for comparisons with other renderers.
+//! Renders a glTF file to a portable float map (PFM), linear and unexposed: for comparisons with
+//! other renderers.
 //!
-//! `cargo run --release -p kinetree-gltf --example film -- scene.gltf out.pfm width height spp seed ex,ey,ez tx,ty,tz degrees
-//! [zenith horizon ground]`, the last three r,g,b each, for a sky. `scripts/reference_pictures.py` uses it.
+//! `cargo run --release -p kinetree-gltf --example film -- scene.gltf out.pfm width height spp seed
+//! ex,ey,ez tx,ty,tz degrees [zenith horizon ground]`, the last three r,g,b each, for a sky.
+//! `scripts/reference_pictures.py` uses it.
 
 use std::error::Error;
 use std::io::Write;

@@ -1,6 +1,6 @@
 //! Reading numbers out of buffers.
 //!
-//! glTF 2.0 specification, section 3.6.2. Everything that an accessor says is checked before it is believed: views lie
+//! glTF 2.0 specification, section 3.6.2. Everything is checked before it is used: views lie
 //! within buffers, elements within views, and sparse indices within the accessor.
 
 use std::sync::Arc;
@@ -37,7 +37,8 @@ impl<'a> Accessors<'a> {
         Self { document, buffers, budget }
     }
 
-    /// Vectors of `N` numbers; integers are mapped to 0..=1 or -1..=1 when the accessor is normalised.
+    /// Vectors of `N` numbers; integers are mapped to 0..=1 or -1..=1 when the accessor is
+    /// normalised.
     pub(crate) fn floats<const N: usize>(
         &self,
         index: Index<Accessor>,

@@ -47,7 +47,8 @@ struct Deformation {
     weights: Vec<f32>,
 }
 
-/// A deformation that does not depend on the animation but through its skin: nodes with the same one share a mesh.
+/// A deformation that does not depend on the animation but through its skin: nodes with the same
+/// one share a mesh.
 #[derive(PartialEq, Eq, Hash)]
 struct SharedDeformation {
     mesh: usize,
@@ -253,7 +254,8 @@ impl<'a> Assembly<'a> {
             let (local, deformation) = (hierarchy.local(index).affine(), deformations.remove(&index));
             let light = lights::light_of(document, node, &item, notes)?;
             let camera = cameras::camera_of(document, node, &item, notes)?;
-            // A mesh on which nothing hangs, and which does not move, needs no node to stand where it does.
+            // A mesh on which nothing hangs, and which does not move, needs no node to stand where
+            // it does.
             let is_needed = light.is_some()
                 || camera.is_some()
                 || node.instancing().is_some()
@@ -281,8 +283,8 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Adds the instances of the mesh of a node: one that stands so and so relative to a node of the scene, or as many as
-    /// the node has.
+    /// Adds the instances of the mesh of a node: one that stands so and so relative to a node of
+    /// the scene, or as many as the node has.
     fn add_instances(
         &mut self,
         mesh: usize,
@@ -401,7 +403,8 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// Whether a ray can pass through a triangle because of its alpha: only then do filters have to be asked.
+/// Whether a ray can pass through a triangle because of its alpha: only then do filters have to be
+/// asked.
 fn has_holes(surface: &Surface, materials: &Materials<'_>) -> bool {
     let vertex_alpha = surface.colors.iter().fold(1.0_f32, |least, color| least.min(color[3]));
     surface.parts.iter().any(|part| materials.has_holes(part.material, vertex_alpha))

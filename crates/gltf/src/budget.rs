@@ -1,22 +1,23 @@
-//! How much a file may ask for, so that a small file cannot fill the memory.
+//! A bound on memory in proportion to the size of the file, so that a small file cannot exhaust it.
 //!
-//! The bytes that are there bound what one accessor can hold, but many items may share one accessor, an accessor may
-//! consist of zeros that are nowhere, and every node that deforms a mesh has a copy of it. All of these are paid for here.
+//! The size of the file bounds what one accessor can hold, but many items may share one accessor,
+//! an accessor may consist of zeros that are not stored, and every node that deforms a mesh has a
+//! copy of it. All of these are counted here.
 
 use std::cell::Cell;
 
 use crate::error::{Item, Problem};
 
-/// What is left to be asked for.
+/// What may still be allocated.
 pub(crate) struct Budget {
     /// Numbers: components of vectors, keys and indices.
     numbers: Cell<u64>,
 }
 
 impl Budget {
-    /// Enough for small files to be generous with what they have.
+    /// Small files may share what they have as often as they like.
     const NUMBERS_AT_LEAST: u64 = 1 << 24;
-    /// Files without a crowd of deformed copies stay below two.
+    /// Files without many deformed copies of a mesh need less than two.
     const NUMBERS_PER_BYTE: u64 = 16;
 
     pub(crate) fn for_bytes(bytes: u64) -> Self {

@@ -1,4 +1,4 @@
-//! Cameras, as pinholes.
+//! Perspective cameras.
 
 use kinetree::Affine;
 use kinetree_render::Camera;
@@ -8,10 +8,10 @@ use crate::error::{Item, Problem};
 use crate::json::Node;
 use crate::notes::Notes;
 
-/// Vertical field of view in place of one that makes no picture, radians.
-const ORDINARY_VIEW: f32 = 0.8;
+/// Vertical field of view that replaces a missing or impossible one, radians.
+const DEFAULT_FOV_Y: f32 = 0.8;
 
-/// The camera that hangs on a node, in the space of the node, and its name: its own, or that of the node.
+/// The camera of a node, in the space of the node, and its name: its own, or that of the node.
 pub(crate) fn camera_of(
     document: &Document,
     node: &Node,
@@ -24,12 +24,12 @@ pub(crate) fn camera_of(
     let fov_y = match &camera.perspective {
         None => {
             notes.add(|| format!("{item} has no perspective, and is given one"));
-            ORDINARY_VIEW
+            DEFAULT_FOV_Y
         }
         Some(perspective) if perspective.yfov > 0.0 && perspective.yfov < std::f32::consts::PI => perspective.yfov,
         Some(perspective) => {
-            notes.add(|| format!("{item}: a field of view of {} is replaced by {ORDINARY_VIEW}", perspective.yfov));
-            ORDINARY_VIEW
+            notes.add(|| format!("{item}: a field of view of {} is replaced by {DEFAULT_FOV_Y}", perspective.yfov));
+            DEFAULT_FOV_Y
         }
     };
     let name = camera.name.as_deref().or(node.name.as_deref()).unwrap_or_default().to_owned();

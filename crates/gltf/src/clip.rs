@@ -68,7 +68,7 @@ impl Clip {
     }
 }
 
-/// More than anybody reads.
+/// How many animations a note or an error lists by name.
 const MOST_NAMES: usize = 20;
 
 /// For every animation whether it is played.

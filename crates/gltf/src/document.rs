@@ -1,4 +1,4 @@
-//! A file that makes sense as a whole, and looking things up in it.
+//! A parsed file, and access to its items by index.
 
 use crate::error::{Item, Problem, Quoted};
 use crate::extensions;
@@ -24,15 +24,15 @@ impl Document {
         Ok(Self { root, target_counts })
     }
 
-    /// What `from` refers to.
+    /// The item at an index that `from` has.
     pub(crate) fn get<T: Element>(&self, index: Index<T>, kind: &'static str, from: &Item) -> Result<&T, Problem> {
         let all = T::all(&self.root);
         let missing = || Problem::NoSuch { from: from.clone(), kind, index: index.value(), count: all.len() };
         all.get(index.value()).ok_or_else(missing)
     }
 
-    /// How many morph targets a mesh has: as many as that primitive which has most, whether or not it can be shown.
-    /// Targets, weights and key frames all go by this count.
+    /// How many morph targets a mesh has: as many as that primitive which has most, whether or not
+    /// it can be shown. Targets, weights and key frames all go by this count.
     pub(crate) fn target_count(&self, mesh: usize) -> usize {
         self.target_counts.get(mesh).map_or(0, |&count| count as usize)
     }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use kinetree::EditError;
 
-/// A file that could not be loaded. Its message is one line that names the file and what is wrong with it.
+/// A file that could not be loaded. Its message is one line that names the file and what is wrong
+/// with it.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", one_line(.file))]
 pub struct LoadError {
@@ -42,7 +43,7 @@ pub enum Problem {
     Missing {
         /// As written in the file.
         uri: Quoted,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
     /// A reference that is no relative path and no data URI, or is misspelt.
@@ -53,19 +54,19 @@ pub enum Problem {
         /// A clause about it.
         reason: &'static str,
     },
-    /// The frame of a binary file.
+    /// The container format of a `.glb` file: its header and its chunks.
     #[error("is not a whole binary glTF 2.0 file: {0}")]
     Container(&'static str),
     /// The JSON is broken, or is not that of a glTF file.
     #[error("has JSON that is not glTF 2.0: {0}")]
     Json(Quoted),
-    /// It cannot be shown without something that this crate does not know.
+    /// It requires an extension that is not supported.
     #[error("requires the extension {0}, which is not supported")]
     Extension(Quoted),
     /// A reference from one item to another that is not there.
     #[error("{from} refers to {kind} {index}, but there are {count}")]
     NoSuch {
-        /// Who refers.
+        /// The item that has the reference.
         from: Item,
         /// What kind of item is referred to.
         kind: &'static str,
@@ -82,7 +83,7 @@ pub enum Problem {
         /// A clause about it.
         reason: String,
     },
-    /// It asks for far more memory than its size can justify.
+    /// It would take far more memory than its size can justify.
     #[error("asks for more data than a file of its size can hold, first in {0}")]
     TooLarge(Item),
     /// The asked-for animation is not there.
@@ -95,12 +96,12 @@ pub enum Problem {
         /// The first of them, such as `0 "walk"`.
         known: Vec<String>,
     },
-    /// The scene did not take what the file says.
+    /// The library refused an edit that the file asks for.
     #[error("{item} cannot become part of a scene: {error}")]
     Refused {
         /// The item.
         item: Item,
-        /// Why.
+        /// The reason.
         error: EditError,
     },
 }
@@ -140,7 +141,8 @@ impl fmt::Display for Item {
     }
 }
 
-/// Text from a file, fit for one line: quoted, without control characters, and not long.
+/// Text from a file, quoted, without control characters, and shortened, so that it fits into one
+/// line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quoted(String);
 

@@ -1,4 +1,5 @@
-//! Extensions: which are supported, which may be ignored though a file requires them, and which are ignored.
+//! Extensions: which are supported, which may be ignored though a file requires them, and which are
+//! ignored.
 
 use crate::error::{Item, Problem, Quoted};
 use crate::json::Root;
@@ -15,7 +16,8 @@ const SUPPORTED: [&str; 8] = [
     "KHR_materials_volume",
 ];
 
-/// Extensions that change no more than how a surface reflects: a file that requires one is shown without it.
+/// Extensions that change no more than how a surface reflects: a file that requires one is shown
+/// without it.
 const OPTIONAL: [&str; 9] = [
     "KHR_materials_unlit",
     "KHR_materials_specular",

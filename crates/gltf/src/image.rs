@@ -1,7 +1,8 @@
-//! Textures: images that materials have asked for, each read once and then kept as it is sampled.
+//! Textures: the images of materials, each decoded once and stored with the sampler that it is used
+//! with.
 //!
-//! An image that is missing, damaged or too large costs the texture, not the scene: materials do without, and a note
-//! says why.
+//! A texture whose image is missing, damaged or too large is left out, with a note; the file is
+//! loaded all the same.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -16,24 +17,25 @@ use crate::notes::Notes;
 use crate::pixels::Encoded;
 use crate::source::Source;
 
-/// The textures that materials have asked for so far.
+/// The textures that materials have used so far.
 pub(crate) struct Textures<'a> {
     document: &'a Document,
     source: &'a Source,
     accessors: &'a Accessors<'a>,
-    /// What the textures that are still to come may take.
+    /// How many bytes further textures may take.
     bytes_left: u64,
     loaded: Vec<Texture>,
     /// Of each loaded texture, the smallest alpha of any texel, in 0..=1.
     least_alpha: Vec<f32>,
-    /// From a texture's image and how it is sampled to its index in `loaded`; `None` if it could not be loaded.
+    /// From a texture's image and how it is sampled to its index in `loaded`; `None` if it could
+    /// not be loaded.
     indices: HashMap<(usize, [u8; 3]), Option<u32>>,
     /// From an image to the first index in `loaded` that has it; `None` if it could not be decoded.
     decoded: HashMap<usize, Option<u32>>,
 }
 
 impl<'a> Textures<'a> {
-    /// None yet; all of them together take no more than `max_bytes`.
+    /// No textures yet; all of them together will take at most `max_bytes`.
     pub(crate) fn new(
         document: &'a Document,
         source: &'a Source,
@@ -52,7 +54,7 @@ impl<'a> Textures<'a> {
         }
     }
 
-    /// In the order in which they were asked for.
+    /// In the order of their indices.
     pub(crate) fn into_textures(self) -> Vec<Texture> {
         self.loaded
     }
@@ -62,7 +64,8 @@ impl<'a> Textures<'a> {
         self.least_alpha[loaded_index as usize]
     }
 
-    /// The index of a colour texture among the loaded ones; `None`, and a note, if it cannot be loaded.
+    /// The index of a colour texture among the loaded ones; `None`, and a note, if it cannot be
+    /// loaded.
     pub(crate) fn color(&mut self, index: Index<json::Texture>, from: &Item, notes: &mut Notes) -> Option<u32> {
         let texture = match self.document.get(index, "texture", from) {
             Ok(texture) => texture,
@@ -91,7 +94,7 @@ impl<'a> Textures<'a> {
         loaded_index
     }
 
-    /// Puts an image with its own sampling among the loaded textures.
+    /// Adds an image with a sampler to the loaded textures.
     fn load(
         &mut self,
         image: Index<json::Image>,
@@ -120,7 +123,7 @@ impl<'a> Textures<'a> {
         Some(loaded_index)
     }
 
-    /// The same image for another sampling.
+    /// The same image for another sampler.
     fn copy(&mut self, loaded_index: u32, image: Index<json::Image>, from: &Item) -> Result<Texture, Problem> {
         let (width, height) = (self.loaded[loaded_index as usize].width, self.loaded[loaded_index as usize].height);
         let item = self.document.get(image, "image", from).map(|json| image_item(image, json))?;
@@ -145,7 +148,7 @@ impl<'a> Textures<'a> {
         Ok(Texture { width, height, texels, srgb: true, wrap: Default::default(), filter: Default::default() })
     }
 
-    /// Takes the memory of an image from what is left.
+    /// Subtracts the memory of an image from what is left.
     fn spend(&mut self, width: u32, height: u32, item: &Item) -> Result<(), Problem> {
         let bytes = 4 * u64::from(width) * u64::from(height);
         let left = self.bytes_left.checked_sub(bytes).ok_or_else(|| {
@@ -171,7 +174,8 @@ fn sampling(sampler: &Sampler) -> ([Wrap; 2], Filter) {
         Some(MIRRORED_REPEAT) => Wrap::Mirror,
         _ => Wrap::Repeat,
     };
-    // What a texel looks like from nearby decides; from afar, samples are averaged anyway.
+    // The filter for magnification decides; at a distance, the samples of a pixel are averaged
+    // anyway.
     let filter = match (sampler.mag_filter, sampler.min_filter) {
         (Some(NEAREST), _) | (None, Some(NEAREST | NEAREST_MIPMAP_NEAREST)) => Filter::Nearest,
         _ => Filter::Bilinear,

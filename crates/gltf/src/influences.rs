@@ -10,11 +10,11 @@ use crate::notes::Notes;
 /// A set of joints and a set of weights, as accessors.
 pub(crate) type Set = (Index<Accessor>, Index<Accessor>);
 
-/// Follows the first joint.
+/// The influences of a vertex that follows the first joint.
 pub(crate) const FIRST_JOINT: ([u16; 4], [f32; 4]) = ([0; 4], [1.0, 0.0, 0.0, 0.0]);
 
-/// Reads the influences on `count` vertices from all sets. Of more than four, the largest are kept. A vertex without
-/// any weight follows the first joint, so that it stays with its character.
+/// Reads the influences on `count` vertices from all sets. Of more than four, the largest are kept.
+/// A vertex without any weight follows the first joint, so that it stays with its character.
 pub(crate) fn read(
     sets: &[Set],
     count: usize,

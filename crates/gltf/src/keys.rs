@@ -1,6 +1,7 @@
-//! Key frames: values at times, and what lies between them.
+//! Key frames, and interpolation between them.
 //!
-//! glTF 2.0 specification, appendix C: step, linear (rotations along the shorter arc), and Hermite splines.
+//! glTF 2.0 specification, appendix C: step, linear (rotations along the shorter arc), and Hermite
+//! splines.
 
 use std::sync::Arc;
 
@@ -8,19 +9,21 @@ use glam::Quat;
 
 use crate::nodes::{IDENTITY_ROTATION, normalized};
 
-/// How to get from one key to the next.
+/// How values between two keys are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Interpolation {
     Step,
     Linear,
-    /// Every key has three values: the slope before it, its own, and the slope after it; slopes are per second.
+    /// Every key has three values: the slope before it, its own, and the slope after it; slopes are
+    /// per second.
     CubicSpline,
 }
 
 /// Values at times. Always:
 /// 1. there is at least one key;
 /// 2. times are finite and never decrease;
-/// 3. there are `width` numbers per value, and one or three values per key, as the interpolation has it.
+/// 3. there are `width` numbers per value, and one or three values per key, as the interpolation
+///    has it.
 #[derive(Debug, Clone)]
 pub(crate) struct Keys {
     times: Arc<[f32]>,
@@ -50,7 +53,8 @@ impl Keys {
         self.times.last().map_or(0.0, |&time| f64::from(time))
     }
 
-    /// The values at a time; before the first key those of the first, after the last those of the last.
+    /// The values at a time; before the first key those of the first, after the last those of the
+    /// last.
     pub(crate) fn sample(&self, seconds: f64, out: &mut [f32]) {
         match (self.span_at(seconds), self.interpolation) {
             (TimeSpan::At(key), _) | (TimeSpan::Between(key, ..), Interpolation::Step) => {

@@ -8,25 +8,29 @@
 //! # Ok::<(), kinetree_gltf::LoadError>(())
 //! ```
 //!
-//! Every mesh of a file is one mesh of the scene, shared by the nodes that show it; a node that deforms its mesh, by a skin
-//! or by morph targets, has one of its own. What never moves is [`Motion::Static`](kinetree::Motion::Static), what hangs
-//! on an animated node is `Rigid`, what is deformed is `Deforming`.
+//! Every mesh of a file is one mesh of the scene, shared by the nodes that show it; a node that
+//! deforms its mesh, by a skin or by morph targets, has one of its own. What never moves is
+//! [`Motion::Static`](kinetree::Motion::Static), what hangs on an animated node is `Rigid`, what is
+//! deformed is `Deforming`.
 //!
-//! Triangles without normals are flat in every pose: in a mesh that is deformed and that has normals elsewhere, the normals of
-//! their vertices are zero, which stands for that of the triangle. The front of a skinned mesh is decided by the
-//! determinant of its node, as the specification has it, although nothing else about that node counts.
+//! Triangles without normals are flat in every pose: in a mesh that is deformed and that has
+//! normals elsewhere, the normals of their vertices are zero, which stands for that of the
+//! triangle. The front of a skinned mesh is decided by the determinant of its node, as the
+//! specification has it, although nothing else about that node counts.
 //!
-//! An instance is opaque ([`InstanceView::is_opaque`](kinetree::InstanceView::is_opaque)) unless a ray can pass through a
-//! triangle because of its alpha; glass is opaque in this sense.
+//! An instance is opaque ([`InstanceView::is_opaque`](kinetree::InstanceView::is_opaque)) unless a
+//! ray can pass through a triangle because of its alpha; glass is opaque in this sense.
 //!
-//! A file may hold anything: whatever is wrong with it is a [`LoadError`], never a panic, and never more memory than a
-//! file of its size can justify. What is merely odd is repaired and noted; an image that is missing or damaged costs its
-//! texture. What a file asks for and does not get is noted too, in one line for each extension or property.
+//! A file may hold anything: whatever is wrong with it is a [`LoadError`], never a panic, and never
+//! more memory than a file of its size can justify. What is merely odd is repaired and noted; an
+//! image that is missing or damaged costs its texture. What a file asks for and does not get is
+//! noted too, in one line for each extension or property.
 //!
-//! The map, in layers: `source` and `uri` find bytes, `json`, `document` and `accessor` make sense of them, and `extensions`
-//! says what is not supported; `triangles`, `normals`, `influences`, `vertices`, `mesh`, `pixels`, `image`, `material`,
-//! `nodes`, `instancing`, `skeleton`, `keys`, `clip`, `lights` and `cameras` read one kind of thing each; `assemble` makes
-//! a world of them, and `player` moves it.
+//! The map, in layers: `source` and `uri` find bytes, `json`, `document` and `accessor` make sense
+//! of them, and `extensions` says what is not supported; `triangles`, `normals`, `influences`,
+//! `vertices`, `mesh`, `pixels`, `image`, `material`, `nodes`, `instancing`, `skeleton`, `keys`,
+//! `clip`, `lights` and `cameras` read one kind of thing each; `assemble` makes a world of them,
+//! and `player` moves it.
 
 mod accessor;
 mod assemble;
@@ -73,7 +77,8 @@ pub use crate::error::{Item, LoadError, Problem, Quoted};
 
 /// A file that has been loaded.
 pub struct Loaded {
-    /// What the file shows, at the first moment of its animation. It has no lights if the file has none.
+    /// What the file shows, at the first moment of its animation. It has no lights if the file has
+    /// none.
     pub world: World,
     /// What was ignored or repaired, one line each, and not too many.
     pub notes: Vec<String>,
@@ -97,8 +102,8 @@ pub struct ClipInfo {
 pub struct Options {
     /// The animations that are played.
     pub clip: Clip,
-    /// How much memory the texels of all textures may take, bytes: four for every pixel. Images beyond that are left out,
-    /// with a note.
+    /// How much memory the texels of all textures may take, bytes: four for every pixel. Images
+    /// beyond that are left out, with a note.
     pub max_texture_bytes: u64,
 }
 
@@ -112,12 +117,14 @@ impl Default for Options {
 /// Which of the animations of a file are played.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Clip {
-    /// The first, and all others that move nothing that one before them moves: one animation for each object, as many
-    /// programs write them, is one performance, whereas several for the same object are alternatives. They begin together;
-    /// the shorter ones wait at their ends for the longest.
+    /// The first, and all others that move nothing that one before them moves: one animation for
+    /// each object, as many programs write them, is one performance, whereas several for the same
+    /// object are alternatives. They begin together; the shorter ones wait at their ends for the
+    /// longest.
     #[default]
     Together,
-    /// By its index in the file. Index 0 is accepted even if the file has no animation: then nothing moves.
+    /// By its index in the file. Index 0 is accepted even if the file has no animation: then
+    /// nothing moves.
     Index(usize),
     /// By its name.
     Name(String),
@@ -126,7 +133,8 @@ pub enum Clip {
 /// Loads a file with those of its animations that play together.
 ///
 /// # Errors
-/// A file that cannot be read, is broken, refers to something that is not there, or asks for too much.
+/// A file that cannot be read, is broken, refers to something that is not there, or asks for too
+/// much.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     load_with(path, &Options::default())
 }

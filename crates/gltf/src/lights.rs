@@ -1,7 +1,7 @@
-//! Lights that are no surfaces (KHR_lights_punctual).
+//! Punctual lights (KHR_lights_punctual).
 //!
-//! Photometric units are used as if they were radiometric: a candela becomes a watt per steradian, a lux a watt per
-//! square metre.
+//! Photometric units are used as if they were radiometric: a candela becomes a watt per steradian,
+//! a lux a watt per square metre.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -15,7 +15,7 @@ use crate::notes::Notes;
 /// Lights shine along the -z axis of their node.
 const FORWARDS: [f32; 3] = [0.0, 0.0, -1.0];
 
-/// The light that hangs on a node, in the space of the node.
+/// The light of a node, in the space of the node.
 pub(crate) fn light_of(
     document: &Document,
     node: &Node,
@@ -36,7 +36,7 @@ pub(crate) fn light_of(
     if intensity == [0.0; 3] {
         return Ok(None);
     }
-    // A range of zero or less, or that is none, bounds nothing.
+    // A range that is not positive means an infinite one.
     let range = light.range.filter(|&range| range > 0.0).unwrap_or(f32::INFINITY);
     let position = [0.0; 3];
     Ok(Some(match light.kind {

@@ -1,8 +1,8 @@
-//! Materials, converted when a mesh that is shown asks for them.
+//! Materials, converted when a mesh that is shown uses them.
 //!
-//! Reflection is diffuse for now, whatever the metalness and the roughness; the notes say which of its wishes a file is
-//! denied. Transmission makes a smooth dielectric: a sheet without thickness, unless KHR_materials_volume says that
-//! there is something inside.
+//! Reflection is diffuse for now, whatever the metalness and the roughness; the notes list the
+//! properties of the file that are ignored. Transmission makes a smooth dielectric: a sheet without
+//! thickness, unless KHR_materials_volume says that there is something inside.
 
 use kinetree_render::{Alpha, Material, Scatter, Texture, TextureRef};
 
@@ -13,7 +13,7 @@ use crate::image::Textures;
 use crate::json::{self, AlphaMode, Index, TextureInfo};
 use crate::notes::Notes;
 
-/// The materials that meshes have asked for so far.
+/// The materials that meshes have used so far.
 pub(crate) struct Materials<'a> {
     document: &'a Document,
     textures: Textures<'a>,
@@ -27,8 +27,8 @@ impl<'a> Materials<'a> {
         Self { document, textures, converted: Vec::new(), indices: vec![None; document.root.materials.len() + 1] }
     }
 
-    /// Whether a ray can pass through a triangle of a material because of its alpha, where vertex colours have an alpha
-    /// of at least `vertex_alpha`.
+    /// Whether a ray can pass through a triangle of a material because of its alpha, where vertex
+    /// colours have an alpha of at least `vertex_alpha`.
     pub(crate) fn has_holes(&self, index: u32, vertex_alpha: f32) -> bool {
         let material = &self.converted[index as usize];
         let texture = material.base_color_texture.map_or(1.0, |texture| self.textures.least_alpha(texture.texture));
@@ -79,7 +79,7 @@ impl<'a> Materials<'a> {
         if !base_color.iter().all(|channel| channel.is_finite()) {
             return Err(item.invalid("has a base colour without bounds"));
         }
-        note_denied_wishes(json, &item, notes);
+        note_ignored_properties(json, &item, notes);
         Ok(Material {
             base_color: base_color.map(|channel| channel.clamp(0.0, 1.0)),
             base_color_texture: self.texture(json.base_color_texture(), &item, notes)?,
@@ -122,14 +122,14 @@ fn is_transmissive(json: &json::Material) -> bool {
 }
 
 fn scatter(json: &json::Material, item: &Item, notes: &mut Notes) -> Scatter {
-    const ORDINARY_GLASS: f32 = 1.5;
+    const DEFAULT_IOR: f32 = 1.5;
     let Some(extensions) = json.extensions.as_ref().filter(|_| is_transmissive(json)) else { return Scatter::Diffuse };
-    let ior = extensions.ior.as_ref().map_or(ORDINARY_GLASS, |ior| ior.ior);
+    let ior = extensions.ior.as_ref().map_or(DEFAULT_IOR, |ior| ior.ior);
     let ior = if ior.is_finite() && ior >= 1.0 {
         ior
     } else {
-        notes.add(|| format!("{item}: an index of refraction of {ior} is replaced by {ORDINARY_GLASS}"));
-        ORDINARY_GLASS
+        notes.add(|| format!("{item}: an index of refraction of {ior} is replaced by {DEFAULT_IOR}"));
+        DEFAULT_IOR
     };
     match &extensions.volume {
         Some(volume) if volume.thickness_factor > 0.0 => Scatter::Dielectric { ior },
@@ -137,16 +137,17 @@ fn scatter(json: &json::Material, item: &Item, notes: &mut Notes) -> Scatter {
     }
 }
 
-/// Notes what a material asks for and does not get.
-fn note_denied_wishes(json: &json::Material, item: &Item, notes: &mut Notes) {
-    let mut ignored = |is_asked: bool, what: &str, consequence| {
-        if is_asked {
+/// Notes the properties of a material that are ignored.
+fn note_ignored_properties(json: &json::Material, item: &Item, notes: &mut Notes) {
+    let mut ignored = |has_it: bool, what: &str, consequence| {
+        if has_it {
             notes.ignored(what, consequence, Some(item));
         }
     };
     let glass = is_transmissive(json);
     if let Some(pbr) = &json.pbr {
-        // Glass is never a metal, and what does not say otherwise is one.
+        // A material without a metallic factor is a metal, as the specification has it; glass never
+        // is.
         let metallic = pbr.metallic_factor.unwrap_or(1.0) > 0.0;
         ignored(metallic && !glass, "metalness", "metals reflect diffusely");
         let glossy = pbr.roughness_factor.is_some_and(|roughness| roughness < 1.0);
@@ -173,7 +174,7 @@ fn note_denied_wishes(json: &json::Material, item: &Item, notes: &mut Notes) {
         let absorbs = volume.attenuation_distance.is_some_and(f32::is_finite);
         ignored(absorbs, "absorption in a volume", "thick glass is as clear as thin glass");
     }
-    for (is_asked, name) in [
+    for (has_it, name) in [
         (extensions.unlit, "KHR_materials_unlit"),
         (extensions.specular, "KHR_materials_specular"),
         (extensions.clearcoat, "KHR_materials_clearcoat"),
@@ -184,13 +185,14 @@ fn note_denied_wishes(json: &json::Material, item: &Item, notes: &mut Notes) {
         (extensions.diffuse_transmission, "KHR_materials_diffuse_transmission"),
         (extensions.specular_glossiness, "KHR_materials_pbrSpecularGlossiness"),
     ] {
-        if is_asked {
+        if has_it {
             extensions::note_ignored_one(name, Some(item), notes);
         }
     }
 }
 
-/// The set of texture coordinates that a material looks up with: that of its base colour, if it has one.
+/// The set of texture coordinates that a material looks up with: that of its base colour, if it has
+/// one.
 pub(crate) fn coordinate_set_of(material: &json::Material) -> u32 {
     let base = material.base_color_texture();
     base.or(material.emissive_texture.as_deref()).map_or(0, TextureInfo::coordinate_set)

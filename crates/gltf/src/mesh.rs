@@ -1,4 +1,5 @@
-//! Meshes: the primitives of each, one after the other, as one list of vertices and one of triangles.
+//! Meshes: the primitives of each, one after the other, as one list of vertices and one of
+//! triangles.
 
 use std::collections::BTreeMap;
 
@@ -16,11 +17,13 @@ use crate::notes::Notes;
 use crate::triangles::triangles;
 use crate::vertices::{Sources, Vertices};
 
-/// A mesh of the file. Always: all arrays that are there have one element per vertex, and indices are in range.
+/// A mesh of the file. Always: all arrays that are there have one element per vertex, and indices
+/// are in range.
 pub(crate) struct Geometry {
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) normals: Option<Vec<[f32; 3]>>,
-    /// The vertices from here on belong to triangles that have no normals in the file: they are flat in every pose.
+    /// The vertices from here on belong to triangles that have no normals in the file: they are
+    /// flat in every pose.
     flat_from: usize,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) skin: Option<Skin>,
@@ -30,13 +33,15 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
-    /// The mesh in its rest state, or as one that can be posed; then normals of flat triangles are zero.
+    /// The mesh in its rest state, or as one that can be posed; then normals of flat triangles are
+    /// zero.
     pub(crate) fn mesh(&self, skinned: bool, morphed: bool) -> Result<Mesh, MeshError> {
         let mut mesh = Mesh::new(&self.positions, &self.triangles)?;
         if let Some(normals) = &self.normals {
             let flat_from = if skinned || morphed { self.flat_from } else { normals.len() };
             let mut normals = normals.clone();
-            // No normal of the rest pose is right in all others: zero stands for that of the triangle.
+            // A normal of the rest pose is wrong in other poses: zero stands for the normal of the
+            // triangle.
             normals[flat_from..].fill([0.0; 3]);
             mesh = mesh.with_normals(&normals)?;
         }
@@ -61,7 +66,7 @@ impl Geometry {
     }
 }
 
-/// What is needed to read a mesh.
+/// Reads meshes.
 pub(crate) struct Meshes<'a> {
     pub(crate) document: &'a Document,
     pub(crate) accessors: &'a Accessors<'a>,
@@ -127,7 +132,7 @@ impl Meshes<'_> {
         }
         let sets_of_file = vertex_sets.len();
         self.give_all_normals(&mut vertex_sets, &mut primitives, &item)?;
-        // What one primitive has, all are given, if only as zeros.
+        // Attributes that only some primitives have are filled with zeros for the others.
         let vertices: u64 = vertex_sets.iter().flatten().map(|set| set.count() as u64).sum();
         let targets = self.document.target_count(index);
         self.budget.spend_numbers(vertices.saturating_mul(crate::vertices::numbers_per_vertex(targets)), &item)?;
@@ -161,7 +166,8 @@ impl Meshes<'_> {
         Ok(triangles(mode, &indices).unwrap_or_default())
     }
 
-    /// If some vertex sets have normals, gives the others the normals of their faces; then every triangle has vertices of its own.
+    /// If some vertex sets have normals, gives the others the normals of their faces; then every
+    /// triangle has vertices of its own.
     fn give_all_normals(
         &self,
         vertex_sets: &mut Vec<Option<Vertices>>,
@@ -190,8 +196,8 @@ impl Meshes<'_> {
     }
 }
 
-/// One mesh of all primitives: the remaining vertex sets, one after the other. Those after the first `sets_of_file` are
-/// flat.
+/// One mesh of all primitives: the remaining vertex sets, one after the other. Those after the
+/// first `sets_of_file` are flat.
 fn merged(
     vertex_sets: Vec<Option<Vertices>>,
     sets_of_file: usize,
@@ -264,7 +270,8 @@ fn targets(
         .collect()
 }
 
-/// The parts one after the other, with a value in place of what a part lacks; `None` if there is no part at all.
+/// The parts one after the other, with a value in place of what a part lacks; `None` if there is no
+/// part at all.
 fn concatenated<T: Copy>(parts: impl Iterator<Item = Option<Vec<T>>>, counts: &[usize], fill: T) -> Option<Vec<T>> {
     let mut parts: Vec<_> = parts.collect();
     if parts.iter().all(Option::is_none) {

@@ -1,6 +1,6 @@
-//! The node hierarchy: who hangs on whom, and where.
+//! The node hierarchy: the parent of every node, and its transform relative to it.
 //!
-//! Everything here walks arrays, since a file may hang a hundred thousand nodes on one another.
+//! Nothing here recurses: a file may nest a hundred thousand nodes.
 
 use kinetree::Affine;
 
@@ -23,15 +23,15 @@ pub(crate) struct Hierarchy<'a> {
 /// No node.
 const NONE: u32 = u32::MAX;
 
-/// A placement relative to the parent.
+/// A transform relative to the parent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Local {
     Matrix(Affine),
     Trs(Trs),
 }
 
-/// Translation, rotation and scale, each of which can be animated alone. Scale is applied first, then rotation, then
-/// translation.
+/// Translation, rotation and scale, each of which can be animated alone. Scale is applied first,
+/// then rotation, then translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Trs {
     pub(crate) translation: [f32; 3],
@@ -118,7 +118,7 @@ impl<'a> Hierarchy<'a> {
         Ok(hierarchy)
     }
 
-    /// Every node once, after its parent.
+    /// Every node once, parents first.
     pub(crate) fn parents_first(&self) -> impl DoubleEndedIterator<Item = usize> {
         self.order.iter().map(|&node| node as usize)
     }
@@ -131,19 +131,19 @@ impl<'a> Hierarchy<'a> {
         Some(self.parents[node]).filter(|&parent| parent != NONE).map(|parent| parent as usize)
     }
 
-    /// Where a node stands, relative to its parent.
+    /// The transform of a node relative to its parent.
     pub(crate) fn local(&self, node: usize) -> Local {
         local(&self.document.root.nodes[node])
     }
 
-    /// For every node, whether it or any node above it is among `roots`.
+    /// For every node, whether it or any of its ancestors is among `roots`.
     pub(crate) fn below(&self, roots: impl Iterator<Item = usize>) -> Vec<bool> {
         let mut marks = vec![false; self.len()];
         roots.for_each(|node| marks[node] = true);
         self.spread_down(marks)
     }
 
-    /// For every node, whether it or any node below it is marked.
+    /// For every node, whether it or any of its descendants is marked.
     pub(crate) fn above(&self, mut marks: Vec<bool>) -> Vec<bool> {
         for node in self.parents_first().rev() {
             if let Some(parent) = self.parent(node) {

@@ -1,13 +1,15 @@
-//! Normals where a file has none or broken ones.
+//! Normals for vertices without a usable one.
 
-/// The unit normal of a triangle, on the side from which it is counter-clockwise; +y for one without an area.
+/// The unit normal of a triangle, on the side from which it is counter-clockwise; +y for one
+/// without an area.
 pub(crate) fn face_normal(positions: &[[f32; 3]], triangle: [u32; 3]) -> [f32; 3] {
     // In double precision: neither the smallest nor the largest triangles may lose their normal.
     let [a, b, c] = triangle.map(|corner| glam::Vec3::from(positions[corner as usize]).as_dvec3());
     (b - a).cross(c - a).try_normalize().unwrap_or(glam::DVec3::Y).as_vec3().to_array()
 }
 
-/// Replaces normals that have no direction by that of a face at the vertex, and says how many there were.
+/// Replaces normals that have no direction by that of a face at the vertex, and says how many there
+/// were.
 pub(crate) fn repair(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> usize {
     let broken = |normal: &[f32; 3]| !glam::Vec3::from(*normal).length_squared().is_normal();
     let count = normals.iter().filter(|normal| broken(normal)).count();

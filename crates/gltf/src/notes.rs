@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use crate::error::Item;
 
-/// Collects remarks; beyond a bound it only counts them.
+/// Collects lines, of which those beyond a bound are only counted.
 #[derive(Default)]
 pub(crate) struct Notes {
     lines: Vec<String>,
-    /// By what is ignored: extensions and properties, each of which gets one line.
+    /// Keyed by what is ignored: extensions and properties, each of which gets one line.
     ignored: BTreeMap<String, Ignored>,
     left_out: usize,
 }
@@ -24,10 +24,10 @@ struct Ignored {
 }
 
 impl Notes {
-    /// More than anybody reads.
+    /// How many lines of each kind are kept; the others are counted.
     const MOST: usize = 100;
 
-    /// Takes a remark, which is only written out when there is room for it.
+    /// Adds a line, which is only formatted if there is room for it.
     pub(crate) fn add(&mut self, line: impl FnOnce() -> String) {
         if self.lines.len() < Self::MOST {
             self.lines.push(line());
@@ -36,7 +36,8 @@ impl Notes {
         }
     }
 
-    /// Takes down that an extension or a property is ignored, perhaps in one of the items that have it.
+    /// Notes that an extension or a property is ignored: in an item that has it, or in the file as
+    /// a whole.
     pub(crate) fn ignored(&mut self, what: &str, consequence: &'static str, of: Option<&Item>) {
         if !self.ignored.contains_key(what) {
             if self.ignored.len() == Self::MOST {

@@ -1,7 +1,7 @@
-//! Decoding PNG and JPEG, straight into the four bytes of every pixel that are kept.
+//! Decoding PNG and JPEG into four bytes per pixel, without a second copy of the image.
 //!
-//! The size is known before anything is decoded, so that the caller can refuse; 16 bits become 8 as they are read; and
-//! what has fewer than four channels is spread out where it lies.
+//! The size is known before anything is decoded, so that the caller can refuse; 16 bits become 8 as
+//! they are read; and fewer than four channels are expanded in place.
 
 use std::io::Cursor;
 
@@ -9,10 +9,10 @@ use image::codecs::jpeg::JpegDecoder;
 use image::{ColorType, ImageDecoder, Limits};
 use png::Transformations;
 
-/// Pixels along either side; more is taken for an attack.
+/// Pixels along either side; larger images are refused.
 const LARGEST_SIDE: u32 = 1 << 14;
 
-/// What a decoder may take for itself, bytes: its tables and a few rows; for a progressive JPEG, all coefficients.
+/// Memory of a decoder, bytes: its tables and a few rows; for a progressive JPEG, all coefficients.
 const DECODER_BYTES: usize = 1 << 31;
 
 /// An image whose size is known, before its pixels are decoded.
@@ -89,8 +89,9 @@ fn broken(error: &dyn std::error::Error) -> String {
     format!("cannot be decoded: {error}")
 }
 
-/// Turns pixels of 1 (grey), 2 (grey, alpha) or 3 (colour) bytes, which stand one after the other at the beginning, into
-/// pixels of four. From the last to the first, so that nothing is written over before it is read.
+/// Turns pixels of 1 (grey), 2 (grey, alpha) or 3 (colour) bytes, which stand one after the other
+/// at the beginning, into pixels of four. From the last to the first, so that nothing is written
+/// over before it is read.
 fn spread(texels: &mut [[u8; 4]], channels: usize) {
     if channels == 4 {
         return;

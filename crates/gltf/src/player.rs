@@ -44,11 +44,12 @@ pub(crate) struct DeformedMesh {
 pub(crate) struct Skinned {
     /// Among the player's skins.
     pub(crate) skin: usize,
-    /// The node of the mesh. Its determinant decides which side of the triangles is the front, and nothing else about it
-    /// counts (glTF 2.0 specification, section 3.7.4).
+    /// The node of the mesh. Its determinant decides which side of the triangles is the front, and
+    /// nothing else about it counts (glTF 2.0 specification, section 3.7.4).
     pub(crate) node_bone: usize,
-    /// Where the mesh stands. While the node mirrors, the mesh is posed in a mirrored space, which the placement of its
-    /// instances mirrors back: it looks the same, and its fronts are where the node wants them.
+    /// Where the mesh stands. While the node mirrors, the mesh is posed in a mirrored space, which
+    /// the placement of its instances mirrors back: it looks the same, and its fronts are where the
+    /// node wants them.
     pub(crate) instances: Vec<InstanceId>,
     /// Whether the instances are mirrored.
     pub(crate) is_mirrored: bool,
@@ -145,15 +146,16 @@ impl Animation for Player {
     }
 }
 
-/// Where a time falls in an animation that is repeated. What ends a round belongs to it, so that the last pose is shown:
-/// after 0, the round is `0 < moment <= duration`.
+/// Where a time falls in an animation that is repeated. What ends a round belongs to it, so that
+/// the last pose is shown: after 0, the round is `0 < moment <= duration`.
 fn moment(seconds: f64, duration: f64) -> f64 {
     let into = seconds.rem_euclid(duration);
     // Not positive, or not finite: nothing moves, or nobody knows where.
     if !into.is_finite() || duration <= 0.0 {
         return 0.0;
     }
-    // The duration was rounded to `f32` in the file, so that the time of its last frame may lie just behind it.
+    // The duration was rounded to `f32` in the file, so that the time of its last frame may lie
+    // just behind it.
     let rounding = (seconds * f64::from(f32::EPSILON)).min(duration * LONGEST_ROUNDING);
     if seconds > 0.5 * duration && into <= rounding { duration } else { into }
 }

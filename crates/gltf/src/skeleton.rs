@@ -64,7 +64,8 @@ impl Bones {
         true
     }
 
-    /// Whether what hangs on a bone is seen as in a mirror: the determinant of its placement in the world is negative.
+    /// Whether what hangs on a bone is seen as in a mirror: the determinant of its placement in the
+    /// world is negative.
     pub(crate) fn is_mirrored(&self, bone: usize) -> bool {
         // In double precision, the product of three small or large numbers keeps its sign.
         let world = &self.world_from_bone[bone];

@@ -39,8 +39,8 @@ impl Source {
         }
     }
 
-    /// The bytes of all buffers, each at least as long as it says. Buffers with the same URI, and those that come from the
-    /// same file by different names, share their bytes.
+    /// The bytes of all buffers, each at least as long as it says. Buffers with the same URI, and
+    /// those that come from the same file by different names, share their bytes.
     pub(crate) fn buffers(&self, buffers: &List<Buffer>) -> Result<Vec<Arc<[u8]>>, Problem> {
         let mut known: HashMap<BufferKey<'_>, Arc<[u8]>> = HashMap::new();
         let mut all = Vec::with_capacity(buffers.len());
@@ -125,7 +125,8 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
 
 type Chunks<'a> = (&'a [u8], Option<&'a [u8]>);
 
-/// The JSON chunk and the binary chunk. Chunks after these are extensions and are skipped, as is what follows the file.
+/// The JSON chunk and the binary chunk. Chunks after these are extensions and are skipped, as is
+/// what follows the file.
 fn chunks(file: &[u8]) -> Result<Chunks<'_>, &'static str> {
     let word = |at: usize| {
         let bytes = file.get(at..at + 4)?;

@@ -2,8 +2,8 @@
 
 use crate::json::Mode;
 
-/// The triangles that a primitive draws, with the winding that the specification gives them; `None` for points and
-/// lines. Vertices that are too few for one more triangle draw nothing.
+/// The triangles that a primitive draws, with the winding that the specification gives them; `None`
+/// for points and lines. Vertices that are too few for one more triangle draw nothing.
 pub(crate) fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
     let of = |i: usize, j: usize, k: usize| [indices[i], indices[j], indices[k]];
     let steps = indices.len().saturating_sub(2);

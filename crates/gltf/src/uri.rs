@@ -1,7 +1,7 @@
 //! References to other files and to data inside the reference itself.
 //!
-//! RFC 3986 percent encoding, RFC 2397 data URIs, RFC 4648 base64. Nothing here leads to a network: what is neither
-//! a relative path nor data is refused.
+//! RFC 3986 percent encoding, RFC 2397 data URIs, RFC 4648 base64. Everything but a
+//! relative path or data is refused; nothing is fetched from a network.
 
 use std::path::PathBuf;
 

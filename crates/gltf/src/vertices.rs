@@ -21,7 +21,8 @@ pub(crate) struct Sources {
     targets: Vec<[Option<Index<Accessor>>; 2]>,
 }
 
-/// Vertices, with those attributes that they have. Always: as many of each attribute as there are positions.
+/// Vertices, with those attributes that they have. Always: as many of each attribute as there are
+/// positions.
 pub(crate) struct Vertices {
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) normals: Option<Vec<[f32; 3]>>,
@@ -31,7 +32,7 @@ pub(crate) struct Vertices {
     pub(crate) targets: Vec<Displacements>,
 }
 
-/// What a morph target adds.
+/// What a morph target adds to positions and normals.
 pub(crate) struct Displacements {
     pub(crate) positions: Option<Vec<[f32; 3]>>,
     pub(crate) normals: Option<Vec<[f32; 3]>>,
@@ -100,7 +101,8 @@ impl Vertices {
         self.positions.len()
     }
 
-    /// The corners of some triangles, each with a vertex of its own, and with the normal of its triangle.
+    /// The corners of some triangles, each with a vertex of its own, and with the normal of its
+    /// triangle.
     pub(crate) fn flat(&self, triangles: &[[u32; 3]]) -> Self {
         let corners = triangles.as_flattened();
         let normals = triangles.iter().flat_map(|&triangle| [face_normal(&self.positions, triangle); 3]).collect();

@@ -1,4 +1,5 @@
-//! How much memory loading takes, counted by the allocator: bounded by the size of what is loaded, whatever it says.
+//! How much memory loading takes, counted by the allocator: bounded by the size of what is loaded,
+//! whatever it says.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -7,7 +8,8 @@ use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use kinetree_gltf::{Loaded, Options, load_with};
 
-/// The system's allocator, counted. What grows is allocated anew, copied and freed, as it may be in the worst case.
+/// The system's allocator, counted. What grows is allocated anew, copied and freed, as it may be in
+/// the worst case.
 struct Counting;
 
 static NOW: AtomicIsize = AtomicIsize::new(0);
@@ -16,7 +18,8 @@ static MOST: AtomicIsize = AtomicIsize::new(0);
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-// SAFETY: every call goes to the system's allocator as it came; counting touches no memory but two atomics.
+// SAFETY: every call goes to the system's allocator as it came; counting touches no memory but two
+// atomics.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let size = layout.size() as isize;
@@ -166,7 +169,8 @@ fn an_image_takes_four_bytes_a_pixel_while_it_is_decoded_and_after() {
         drop(image);
         let (loaded, most, held) = counted(&path, &Options::default());
         assert_eq!(loaded.expect("a good scene").world.material_set.textures[0].texels.len(), PIXELS);
-        // The file is held while it is read, by a decoder of JPEG twice; a decoder needs some rows and tables.
+        // The file is held while it is read, by a decoder of JPEG twice; a decoder needs some rows
+        // and tables.
         let (allowed, kept) = (4 * PIXELS + 2 * file + (1 << 19), 4 * PIXELS + (1 << 16));
         println!("{kind:?} {format:?}: {most} bytes, then {held}, for {PIXELS} pixels and a file of {file} bytes");
         assert!(most <= allowed && held <= kept, "{kind:?} {format:?}: {most} of {allowed}, {held} of {kept} bytes");

@@ -1,7 +1,8 @@
 //! A list that never moves what it holds.
 //!
-//! A vector that grows holds three times what it contains while it moves to larger memory. Files say little in many
-//! words or much in few: three bytes, `{},`, make an element, so that this would be most of the memory of a load.
+//! A vector that grows takes three times the memory of its elements while they are moved. Three
+//! bytes of text, `{},`, make an element, so that this would be most of the memory that loading
+//! takes.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::geometry::View;
 use super::{Index, Name, present};
 
-/// What a surface is made of. What plain materials lack stands in boxes.
+/// A material. Properties that most materials lack are boxed.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(crate) struct Material {
@@ -74,7 +74,7 @@ impl TextureInfo {
         self.extensions.as_ref()?.transform.as_ref()
     }
 
-    /// The set of texture coordinates that it is looked up with.
+    /// The number of its set of texture coordinates.
     pub(crate) fn coordinate_set(&self) -> u32 {
         self.transform().and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
     }

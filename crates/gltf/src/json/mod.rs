@@ -1,8 +1,9 @@
-//! The JSON of a file, as structures: what this crate reads of it, and nothing else.
+//! The JSON of a file as structures, with the properties that this crate reads.
 //!
-//! glTF 2.0 specification, section 5 (properties reference). Everything is read straight from the text, without a tree
-//! of values in between, and what is not read is skipped, so that no text takes more than about fifty times its size:
-//! see `tests/memory.rs`. Nothing here is believed: indices may lead nowhere, numbers may be anything.
+//! glTF 2.0 specification, section 5 (properties reference). Everything is read straight from the
+//! text, without a tree of values in between, and what is not read is skipped, so that no text
+//! takes more than about fifty times its size: see `tests/memory.rs`. Nothing here is validated:
+//! indices may be out of range, numbers may have any value.
 
 mod animation;
 mod geometry;
@@ -66,7 +67,7 @@ pub(crate) struct Root {
 /// A name as written in the file.
 pub(crate) type Name = Box<str>;
 
-/// What a file says of itself.
+/// The version of the format.
 #[derive(Deserialize)]
 pub(crate) struct Asset {
     pub(crate) version: Name,

@@ -1,11 +1,11 @@
-//! Nodes, and what hangs on them.
+//! Nodes, and what is attached to them.
 
 use serde::Deserialize;
 
 use super::geometry::{Accessor, Mesh};
 use super::{Index, List, Name};
 
-/// What is shown.
+/// The root nodes of what is shown.
 #[derive(Deserialize)]
 pub(crate) struct Scene {
     pub(crate) name: Option<Name>,
@@ -14,7 +14,7 @@ pub(crate) struct Scene {
     pub(crate) nodes: List<Index<Node>>,
 }
 
-/// A place in the hierarchy. What most nodes lack stands in boxes.
+/// A node of the hierarchy. Properties that most nodes lack are boxed.
 #[derive(Deserialize)]
 pub(crate) struct Node {
     pub(crate) name: Option<Name>,
@@ -23,7 +23,7 @@ pub(crate) struct Node {
     pub(crate) skin: Option<Index<Skin>>,
     pub(crate) children: Option<Box<[Index<Node>]>>,
     pub(crate) weights: Option<Box<[f32]>>,
-    /// Columns.
+    /// Column by column.
     pub(crate) matrix: Option<Box<[f32; 16]>>,
     pub(crate) translation: Option<Box<[f32; 3]>>,
     /// x y z w.
@@ -47,7 +47,7 @@ impl Node {
         self.extensions.as_ref()?.instancing.as_ref()
     }
 
-    /// KHR_node_visibility hides it, and what is below it.
+    /// Whether KHR_node_visibility hides it and its descendants.
     pub(crate) fn is_hidden(&self) -> bool {
         let visibility = self.extensions.as_ref().and_then(|extensions| extensions.visibility.as_ref());
         visibility.is_some_and(|visibility| !visibility.visible)
@@ -97,7 +97,7 @@ pub(crate) struct InstanceAttributes {
     pub(crate) scale: Option<Index<Accessor>>,
 }
 
-/// Joints, and how a mesh hangs on them.
+/// Joints, and the matrices from the mesh to each of them.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Skin {

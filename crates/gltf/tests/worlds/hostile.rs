@@ -1,4 +1,5 @@
-//! Files that mean harm, or have met with it: an error or a world, never a panic, and never for long.
+//! Files that mean harm, or have met with it: an error or a world, never a panic, and never for
+//! long.
 
 use serde_json::{Value, json};
 
@@ -246,7 +247,7 @@ fn the_hierarchy_is_a_forest() {
 }
 
 #[test]
-fn a_hundred_thousand_nodes_may_hang_on_one_another() {
+fn a_hundred_thousand_nodes_may_be_nested() {
     const DEPTH: usize = 100_000;
     let mut writer = Writer::new();
     let mesh = writer.triangle();
@@ -261,7 +262,8 @@ fn a_hundred_thousand_nodes_may_hang_on_one_another() {
 
 #[test]
 fn what_is_used_over_and_over_is_paid_for_over_and_over() {
-    // A thousand primitives of one megabyte each, all with the same bytes but with accessors of their own.
+    // A thousand primitives of one megabyte each, all with the same bytes but with accessors of
+    // their own.
     let mut writer = Writer::new();
     let positions = writer.floats("VEC3", &vec![0.0; 3 << 17]);
     let accessor = writer.json["accessors"][positions].clone();

@@ -161,7 +161,8 @@ fn images_come_from_files_and_broken_ones_are_named() {
         (json!({ "bufferView": 77 }), "image 0 refers to buffer view 77, but there are"),
         (json!({}), "image 0 has neither a buffer view nor a URI"),
     ] {
-        // Two textures of the same image, sampled in two ways: one note each, and the rest of the scene.
+        // Two textures of the same image, sampled in two ways: one note each, and the rest of the
+        // scene.
         let mut writer = with_image(image.clone());
         let mut loaded = writer.good();
         assert_eq!(
@@ -191,7 +192,8 @@ fn images_come_from_files_and_broken_ones_are_named() {
 
 #[test]
 fn only_what_has_holes_is_not_opaque() {
-    // Pixels with an alpha of 255 and 64, of 255 alone, and no texture; then vertex alphas of 1 and 0.25.
+    // Pixels with an alpha of 255 and 64, of 255 alone, and no texture; then vertex alphas of 1 and
+    // 0.25.
     let solid = RgbaImage::from_raw(1, 1, vec![1, 2, 3, 255]).expect("a pixel");
     for (mode, factor, image, vertex_alpha, opaque) in [
         (json!("OPAQUE"), 0.25, Some(two_pixels()), Some(0.25), true),

@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use crate::writer::{TRIANGLE, Writer, assert_near, frame, places};
 
-/// A mesh of a triangle with one morph target, up, and of another primitive with two; the weights of both targets go
-/// from 0 to (1, 1) within a second.
+/// A mesh of a triangle with one morph target, up, and of another primitive with two; the weights
+/// of both targets go from 0 to (1, 1) within a second.
 fn with_targets_of_its_own(other: impl FnOnce(&mut Writer, usize) -> Value) -> Writer {
     let mut writer = Writer::new();
     let positions = writer.vec3(&TRIANGLE);
@@ -51,8 +51,8 @@ fn morph_targets_are_counted_once_for_targets_weights_and_keys() {
     }
 }
 
-/// A square of two units around the origin of the plane z = 0 that looks to +z, skinned to a joint that does not move it.
-/// Nodes: 0 the joint, 1 the mesh, 2 the parent of both.
+/// A square of two units around the origin of the plane z = 0 that looks to +z, skinned to a joint
+/// that does not move it. Nodes: 0 the joint, 1 the mesh, 2 the parent of both.
 fn skinned_square() -> Writer {
     let mut writer = Writer::new();
     let positions = writer.vec3(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
@@ -85,7 +85,8 @@ fn the_front_of_a_skinned_mesh_follows_the_determinant_of_its_node() {
         ([1, 1, 1], [1, 1, 1], [-1, 1, 1], above),
         ([1, 1, 1], [1, 1, 1], [-1, -1, 1], above),
         ([1, 1, 1], [1, 1, 1], [1, 1, -1], below),
-        // The corners run on as before, but for a node that mirrors, the front is where they run clockwise.
+        // The corners run on as before, but for a node that mirrors, the front is where they run
+        // clockwise.
         ([1, 1, 1], [-1, 1, 1], [1, 1, 1], below),
         ([1, 1, 1], [-1, -1, -1], [1, 1, 1], below),
         // The corners run the other way, and the node does not know.
@@ -139,8 +140,8 @@ fn radiance(loaded: &mut Loaded, seconds: f64, at: [f32; 3]) -> f32 {
     picture.film.mean()[0]
 }
 
-/// Two squares: from x = -4 to -2 with normals along z, from x = 2 to 4 without. The morph target lifts the far side of
-/// the second by 2 tan 60 degrees.
+/// Two squares: from x = -4 to -2 with normals along z, from x = 2 to 4 without. The morph target
+/// lifts the far side of the second by 2 tan 60 degrees.
 fn slope() -> Writer {
     let mut writer = Writer::new();
     let square = |x: f32| [[x, -1.0, 0.0], [x + 2.0, -1.0, 0.0], [x + 2.0, 1.0, 0.0], [x, 1.0, 0.0]];
@@ -212,7 +213,8 @@ fn a_clip_ends_with_its_last_pose() {
         let x = places(&frame(&mut loaded, seconds))[0][0][0];
         assert!((f64::from(x) - 10.0 * seconds).abs() < 1e-4, "{x} at {seconds}");
     }
-    // As many programs write it: the last of 23 frames, at 24 a second, rounded to single precision.
+    // As many programs write it: the last of 23 frames, at 24 a second, rounded to single
+    // precision.
     let last = 23.0_f64 / 24.0;
     let mut writer = going();
     let times = writer.floats("SCALAR", &[0.0, last as f32]);

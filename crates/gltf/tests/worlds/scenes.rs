@@ -1,4 +1,5 @@
-//! Real scenes, found through the environment variable `KINETREE_SCENES`; without it, there is nothing to check.
+//! Real scenes, found through the environment variable `KINETREE_SCENES`; without it, there is
+//! nothing to check.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,7 +8,8 @@ use kinetree_gltf::{Clip, Options, load, load_with};
 
 use crate::writer::{frame, places};
 
-/// Name, triangles with every mesh counted once, with every instance, and instances, as the table of the scenes says.
+/// Name, triangles with every mesh counted once, with every instance, and instances, as the table
+/// of the scenes says.
 const TABLE: [(&str, usize, usize, usize); 12] = [
     ("race_black_forest", 393_215, 1_157_529, 1_737),
     ("race_torcs_etrack3", 50_892, 64_692, 124),

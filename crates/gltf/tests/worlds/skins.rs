@@ -5,8 +5,9 @@ use serde_json::json;
 
 use crate::writer::{TRIANGLE, Writer, assert_near, frame, places};
 
-/// A bar along y from 0 to 2, of three pairs of vertices. Joint 0 is at the origin, joint 1 at (0, 1, 0); the lower
-/// vertices follow the first, the upper ones the second, those between follow both.
+/// A bar along y from 0 to 2, of three pairs of vertices. Joint 0 is at the origin, joint 1 at (0,
+/// 1, 0); the lower vertices follow the first, the upper ones the second, those between follow
+/// both.
 fn bar() -> Writer {
     let mut writer = Writer::new();
     let vertices: Vec<[f32; 3]> = [0.0, 1.0, 2.0].iter().flat_map(|&y| [[-0.1, y, 0.0], [0.1, y, 0.0]]).collect();
@@ -81,7 +82,8 @@ fn nodes_with_the_same_skin_share_their_mesh() {
 #[test]
 fn of_many_influences_the_four_largest_count() {
     let mut writer = bar();
-    // The second set names both joints again: with weights that outweigh all others for the first joint.
+    // The second set names both joints again: with weights that outweigh all others for the first
+    // joint.
     let joints = writer.u8("VEC4", &[[0, 1, 0, 1]; 6].concat());
     let weights = writer.floats("VEC4", &[[30.0, 0.001, 30.0, 0.002]; 6].concat());
     let attributes = &mut writer.json["meshes"][0]["primitives"][0]["attributes"];

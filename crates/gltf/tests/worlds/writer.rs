@@ -158,7 +158,8 @@ impl Writer {
         self.load().unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Loads the file, which is expected to be bad, and returns the message without the name of the file.
+    /// Loads the file, which is expected to be bad, and returns the message without the name of the
+    /// file.
     pub(crate) fn bad(&self) -> String {
         match self.load() {
             Ok(_) => panic!("the file was loaded: {}", self.json),
