@@ -34,13 +34,13 @@ struct LoadedMesh {
     /// Index into [`MaterialSet::surfaces`].
     surface: u32,
     opaque: bool,
-    /// Without skin and morph targets; shared by all nodes that do not deformation it.
+    /// Without skin and morph targets; shared by all nodes that do not deform it.
     rigid: Option<MeshId>,
     /// By whether it can be skinned and morphed: what clones are taken of.
     models: HashMap<(bool, bool), Mesh>,
 }
 
-/// How a node deformations its mesh.
+/// How a node deforms its mesh.
 struct Deformation {
     /// Among the player's skins.
     skin: Option<usize>,
@@ -156,7 +156,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Reads every skin that deformations a mesh that is shown.
+    /// Reads every skin that deforms a mesh that is shown.
     fn read_skins(&mut self) -> Result<(), Problem> {
         for (index, node) in self.nodes() {
             let Some(skin) = node.skin.filter(|_| node.mesh.is_some()) else { continue };
@@ -171,7 +171,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// The nodes that deformation their mesh, and how.
+    /// The nodes that deform their mesh, and how.
     fn deformations(&self, notes: &mut Notes) -> Result<HashMap<usize, Deformation>, Problem> {
         let document = self.parts.document;
         let mut deformations = HashMap::new();
@@ -390,7 +390,7 @@ impl<'a> Assembly<'a> {
     /// The world, at its first moment.
     fn finish(mut self) -> Result<World, Problem> {
         let still = self.player.nodes.is_empty() && self.player.deformed.is_empty();
-        let motion: Box<dyn Animation> = if still {
+        let animation: Box<dyn Animation> = if still {
             Box::new(NoAnimation)
         } else {
             let first = self.player.go_to(&mut self.scene, 0.0);
@@ -399,7 +399,7 @@ impl<'a> Assembly<'a> {
         };
         (self.material_set.materials, self.material_set.textures) = self.materials.into_parts();
         let Self { scene, material_set, lights, cameras, .. } = self;
-        Ok(World { scene, material_set: Arc::new(material_set), lights, cameras, motion })
+        Ok(World { scene, material_set: Arc::new(material_set), lights, cameras, animation })
     }
 }
 

@@ -23,7 +23,7 @@ fn moving(times: &[f32], values: &[[f32; 3]], interpolation: &str) -> Writer {
 fn a_node_follows_its_keys_and_begins_again() {
     let values = [[0.0; 3], [2.0, 0.0, 0.0], [2.0, 4.0, 0.0]];
     let mut linear = moving(&[0.0, 1.0, 2.0], &values, "LINEAR").good();
-    assert_eq!(linear.world.motion.duration(), 2.0);
+    assert_eq!(linear.world.animation.duration(), 2.0);
     for (seconds, wanted) in [
         (0.5, [1.0, 0.0, 0.0]),
         (1.75, [2.0, 3.0, 0.0]),
@@ -62,7 +62,7 @@ fn channels_of_different_lengths_wait_at_their_ends() {
     writer.animate(0, "rotation", &[0.0, 4.0], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half], "LINEAR");
     writer.animate(0, "scale", &[0.0], &[2.0, 2.0, 2.0], "LINEAR");
     let mut loaded = writer.good();
-    assert_eq!(loaded.world.motion.duration(), 4.0);
+    assert_eq!(loaded.world.animation.duration(), 4.0);
     assert_near(&[origin(&mut loaded, 0.25)], &[[1.0, 0.0, 0.0]], "before its first key");
     assert_near(&[origin(&mut loaded, 3.0)], &[[3.0, 0.0, 0.0]], "after its last key");
     let view = frame(&mut loaded, 2.0);
@@ -145,8 +145,8 @@ fn an_animation_does_not_touch_what_stands_still() {
     frame(&mut loaded, 1.25);
     // Another scene would refuse the handles of this one: between equal moments, nothing is edited
     // at all.
-    assert!(loaded.world.motion.go_to(&mut Scene::new(), 1.5).is_ok());
-    assert!(loaded.world.motion.go_to(&mut Scene::new(), 0.5).is_err());
+    assert!(loaded.world.animation.go_to(&mut Scene::new(), 1.5).is_ok());
+    assert!(loaded.world.animation.go_to(&mut Scene::new(), 0.5).is_err());
 }
 
 #[test]
