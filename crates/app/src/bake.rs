@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use kinetree::geometry::Triangles;
-use kinetree::{Mesh, Motion, WideMesh};
+use kinetree::{Mesh, MeshBvh, Motion};
 use serde::Serialize;
 
 use crate::args::{BakeArgs, Common};
@@ -115,7 +115,7 @@ fn build_and_tell(
     triangles: &Triangles,
     options: &BuildOptions,
     reach: &(dyn Fn(f64) + Sync),
-) -> Result<WideMesh, Cancelled> {
+) -> Result<MeshBvh, Cancelled> {
     let watch = Watch::new();
     let (ended, end) = mpsc::channel::<()>();
     std::thread::scope(|scope| {

@@ -1,7 +1,7 @@
 //! Trees that were built before: many in one file, found by the meshes that they stand over.
 //!
 //! A file begins with eight letters, the version of the format and the number of trees; then each tree with its length before it. Numbers are
-//! little-endian. Each tree brings its own digest and the fingerprint of its mesh, see [`WideMesh::to_bytes`](kinetree::WideMesh::to_bytes), and
+//! little-endian. Each tree brings its own digest and the fingerprint of its mesh, see [`MeshBvh::to_bytes`](kinetree::MeshBvh::to_bytes), and
 //! the lengths must come out even, so there is no bit that could change unnoticed.
 
 use std::collections::HashMap;
@@ -24,7 +24,7 @@ pub(crate) fn is_baked(motion: Motion) -> bool {
     matches!(motion, Motion::Static | Motion::Rigid)
 }
 
-/// One file of the trees, each of which is as [`kinetree::WideMesh::to_bytes`] made it.
+/// One file of the trees, each of which is as [`kinetree::MeshBvh::to_bytes`] made it.
 pub(crate) fn pack(trees: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(16 + trees.iter().map(|tree| 8 + tree.len()).sum::<usize>());
     bytes.extend(MAGIC);

@@ -1,8 +1,8 @@
 //! What there is to say about trees, and about commits that keep them.
 
 use kinetree::tree::Violation;
-use kinetree::wide::WideTree;
-use kinetree::{Action, FrameReport, Motion, WideMesh, WideTop};
+use kinetree::wide::WideBvh;
+use kinetree::{Action, FrameReport, MeshBvh, Motion, TopLevelBvh};
 use serde::Serialize;
 
 use crate::figures::millis;
@@ -36,15 +36,15 @@ pub(crate) struct TreeFigures {
 }
 
 impl TreeFigures {
-    pub(crate) fn of_mesh(mesh: &WideMesh) -> Self {
+    pub(crate) fn of_mesh(mesh: &MeshBvh) -> Self {
         Self::new(mesh.tree(), mesh.memory(), mesh.validate())
     }
 
-    pub(crate) fn of_top_level(top: &WideTop) -> Self {
+    pub(crate) fn of_top_level(top: &TopLevelBvh) -> Self {
         Self::new(top.tree(), top.memory(), top.validate())
     }
 
-    fn new(tree: &WideTree, bytes: usize, validated: Result<(), Violation>) -> Self {
+    fn new(tree: &WideBvh, bytes: usize, validated: Result<(), Violation>) -> Self {
         let violation = validated.err().map(|violation| violation.to_string());
         Self {
             nodes: tree.node_count(),

@@ -65,4 +65,4 @@ pub use threads::{Executor, Threads};
 pub use traverse::Work;
 pub use tree::Bvh;
 pub use update::{Action, Motion, Reason};
-pub use wide::{WideMesh, WideTop};
+pub use wide::{MeshBvh, TopLevelBvh};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{Backwards, QUALITIES, Random, rays, rebuilt, worlds};
 use kinetree::build::{BuildOptions, Quality, triangles};
 use kinetree::geometry::Triangles;
-use kinetree::{Aabb, Affine, Hit, Mesh, Motion, Ray, Scene, Snapshot, Threads, WideMesh, Work};
+use kinetree::{Aabb, Affine, Hit, Mesh, MeshBvh, Motion, Ray, Scene, Snapshot, Threads, Work};
 
 fn diagonals(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut random = Random::new(seed);
@@ -277,7 +277,7 @@ fn every_motion_builds_with_the_quality_that_its_table_says() {
     let nodes_of = |quality| {
         let mut options = BuildOptions::default();
         options.quality = quality;
-        WideMesh::new(&triangles(&geometry, &options), &geometry).tree().nodes().to_vec()
+        MeshBvh::new(&triangles(&geometry, &options), &geometry).tree().nodes().to_vec()
     };
     let table = [
         (Motion::Static, Quality::Balanced),

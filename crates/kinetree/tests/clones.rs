@@ -4,7 +4,7 @@ mod common;
 
 use common::{grid, sphere};
 use kinetree::build::{BuildOptions, Quality};
-use kinetree::{Action, Affine, Mesh, MeshId, Motion, Pose, Precision, Ray, Reason, Scene, Skin, Snapshot, WideMesh};
+use kinetree::{Action, Affine, Mesh, MeshBvh, MeshId, Motion, Pose, Precision, Ray, Reason, Scene, Skin, Snapshot};
 
 const MOTIONS: [Motion; 4] = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt];
 
@@ -14,7 +14,7 @@ fn shown(scene: &mut Scene, mesh: &Mesh, motion: Motion) -> MeshId {
     id
 }
 
-fn tree(view: &Snapshot, at: u32) -> &WideMesh {
+fn tree(view: &Snapshot, at: u32) -> &MeshBvh {
     view.instance_at(at).bvh()
 }
 

@@ -9,7 +9,7 @@ use kinetree::build::{self, BuildOptions};
 use kinetree::geometry::{Sheared, Triangles};
 use kinetree::simd::Level;
 use kinetree::traverse::{Visitor, walk};
-use kinetree::{Aabb, Affine, Bvh, Candidate, Coherence, Cull, Hit, Query, Ray, Snapshot, WideMesh, Work};
+use kinetree::{Aabb, Affine, Bvh, Candidate, Coherence, Cull, Hit, MeshBvh, Query, Ray, Snapshot, Work};
 
 const CLAIMS: [Coherence; 3] = [Coherence::Coherent, Coherence::Incoherent, Coherence::Unknown];
 
@@ -217,7 +217,7 @@ fn every_builder_and_layout_is_valid_and_walks_of_binary_trees_find_every_hit() 
         for (builder, tree) in grown(&triangles) {
             let what = format!("`{}`, {builder}, seed {seed}", world.name);
             assert_eq!(tree.validate(), Ok(()), "{what}");
-            let wide = WideMesh::new(&tree, &triangles);
+            let wide = MeshBvh::new(&tree, &triangles);
             assert_eq!(wide.validate(), Ok(()), "{what}");
             assert_eq!(wide.primitive_count(), triangles.len(), "{what}");
             for Truth { ray, all, .. } in &truths {

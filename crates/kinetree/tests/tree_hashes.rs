@@ -9,8 +9,8 @@ use std::sync::Arc;
 use kinetree::build::{BuildOptions, Quality, triangles};
 use kinetree::geometry::Triangles;
 use kinetree::simd::Level;
-use kinetree::wide::{WideTarget, WideTree};
-use kinetree::{Affine, Mesh, Motion, Scene, Threads, TopLevelMethod, WideMesh};
+use kinetree::wide::{WideBvh, WideTarget};
+use kinetree::{Affine, Mesh, MeshBvh, Motion, Scene, Threads, TopLevelMethod};
 
 const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
 
@@ -102,7 +102,7 @@ impl Hash {
     }
 
     /// Boxes to the bit, and where lanes lead.
-    fn tree(&mut self, tree: &WideTree) {
+    fn tree(&mut self, tree: &WideBvh) {
         for node in tree.nodes() {
             for (lane, link) in node.lanes() {
                 let bounds = node.bounds(lane);
@@ -121,7 +121,7 @@ impl Hash {
 fn hash_of_mesh(mesh: &Triangles, quality: Quality, threads: Threads) -> u64 {
     let mut options = BuildOptions::default();
     (options.quality, options.threads) = (quality, threads);
-    let tree = WideMesh::new(&triangles(mesh, &options), mesh);
+    let tree = MeshBvh::new(&triangles(mesh, &options), mesh);
     let mut hash = Hash::new();
     hash.tree(tree.tree());
     for block in tree.blocks() {

@@ -6,7 +6,7 @@ use common::{Random, alone, cube, rays, worlds};
 use kinetree::build::{self, BuildOptions, Quality};
 use kinetree::geometry::Triangles;
 use kinetree::wide::{TreeFileError, fingerprint_in};
-use kinetree::{Mesh, Ray, WideMesh, Work};
+use kinetree::{Mesh, MeshBvh, Ray, Work};
 
 const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
 
@@ -14,10 +14,10 @@ fn triangles_of(mesh: &Mesh) -> Triangles {
     Triangles::new(mesh.positions().to_vec(), mesh.triangles().into()).unwrap()
 }
 
-fn grown(triangles: &Triangles, quality: Quality) -> WideMesh {
+fn grown(triangles: &Triangles, quality: Quality) -> MeshBvh {
     let mut options = BuildOptions::default();
     options.quality = quality;
-    WideMesh::new(&build::triangles(triangles, &options), triangles)
+    MeshBvh::new(&build::triangles(triangles, &options), triangles)
 }
 
 /// Long thin triangles that lie askew, which spatial splits cut.
@@ -35,7 +35,7 @@ fn diagonals(count: usize, seed: u64) -> Triangles {
 }
 
 /// The same nodes and the same blocks, to the bit.
-fn assert_same(one: &WideMesh, other: &WideMesh, name: &str) {
+fn assert_same(one: &MeshBvh, other: &MeshBvh, name: &str) {
     assert_eq!(one.tree().nodes(), other.tree().nodes(), "{name}");
     assert_eq!(one.bounds(), other.bounds(), "{name}");
     assert_eq!(one.primitive_count(), other.primitive_count(), "{name}");
@@ -74,7 +74,7 @@ fn what_was_written_comes_back_to_the_bit() {
                 let tree = grown(&triangles, quality);
                 let bytes = tree.to_bytes(&triangles);
                 let name = format!("{}, {quality:?}", world.name);
-                let read = WideMesh::from_bytes(&bytes, &triangles).unwrap_or_else(|error| panic!("{name}: {error}"));
+                let read = MeshBvh::from_bytes(&bytes, &triangles).unwrap_or_else(|error| panic!("{name}: {error}"));
                 assert_same(&read, &tree, &name);
                 assert_eq!(read.validate(), Ok(()), "{name}");
                 assert_eq!(read.to_bytes(&triangles), bytes, "{name}");
@@ -91,7 +91,7 @@ fn trees_with_triangles_in_many_leaves_come_back_to_the_bit() {
         let tree = grown(&triangles, Quality::Best);
         let held: usize = tree.blocks().iter().map(|block| block.primitives().len()).sum();
         assert!(held > triangles.len() * 11 / 10, "only {held} of {} were cut", triangles.len());
-        let read = WideMesh::from_bytes(&tree.to_bytes(&triangles), &triangles).unwrap();
+        let read = MeshBvh::from_bytes(&tree.to_bytes(&triangles), &triangles).unwrap();
         assert_same(&read, &tree, &format!("seed {seed}"));
     }
 }
@@ -99,13 +99,13 @@ fn trees_with_triangles_in_many_leaves_come_back_to_the_bit() {
 #[test]
 fn nothing_at_all_is_a_tree_too() {
     let nothing = Triangles::default();
-    let bytes = WideMesh::default().to_bytes(&nothing);
-    let read = WideMesh::from_bytes(&bytes, &nothing).unwrap();
+    let bytes = MeshBvh::default().to_bytes(&nothing);
+    let read = MeshBvh::from_bytes(&bytes, &nothing).unwrap();
     assert_eq!((read.node_count(), read.primitive_count(), read.validate()), (0, 0, Ok(())));
     let one = triangles_of(&cube());
-    assert!(matches!(WideMesh::from_bytes(&bytes, &one), Err(TreeFileError::OtherMesh)));
+    assert!(matches!(MeshBvh::from_bytes(&bytes, &one), Err(TreeFileError::OtherMesh)));
     assert!(matches!(
-        WideMesh::from_bytes(&grown(&one, Quality::Best).to_bytes(&one), &nothing),
+        MeshBvh::from_bytes(&grown(&one, Quality::Best).to_bytes(&one), &nothing),
         Err(TreeFileError::OtherMesh)
     ));
 }
@@ -117,7 +117,7 @@ fn every_flipped_bit_is_refused() {
     for bit in 0..bytes.len() * 8 {
         let mut flipped = bytes.clone();
         flipped[bit / 8] ^= 1 << (bit % 8);
-        assert!(WideMesh::from_bytes(&flipped, &triangles).is_err(), "bit {bit}");
+        assert!(MeshBvh::from_bytes(&flipped, &triangles).is_err(), "bit {bit}");
         assert!(fingerprint_in(&flipped).is_err(), "bit {bit}");
     }
 }
@@ -127,16 +127,16 @@ fn every_cut_and_every_appendix_is_refused() {
     let triangles = triangles_of(&cube());
     let bytes = grown(&triangles, Quality::Fast).to_bytes(&triangles);
     for length in 0..bytes.len() {
-        assert!(WideMesh::from_bytes(&bytes[..length], &triangles).is_err(), "{length} bytes");
+        assert!(MeshBvh::from_bytes(&bytes[..length], &triangles).is_err(), "{length} bytes");
         if length >= 8 {
             let forged = with_right_digest(&bytes[..length]);
-            assert!(WideMesh::from_bytes(&forged, &triangles).is_err(), "{length} bytes, right digest");
+            assert!(MeshBvh::from_bytes(&forged, &triangles).is_err(), "{length} bytes, right digest");
         }
     }
     for more in 1..20 {
         let longer = [&bytes[..], &vec![0; more]].concat();
-        assert!(WideMesh::from_bytes(&longer, &triangles).is_err());
-        assert!(WideMesh::from_bytes(&with_right_digest(&longer), &triangles).is_err());
+        assert!(MeshBvh::from_bytes(&longer, &triangles).is_err());
+        assert!(MeshBvh::from_bytes(&with_right_digest(&longer), &triangles).is_err());
     }
 }
 
@@ -146,7 +146,7 @@ fn another_mesh_is_refused_however_little_it_differs() {
     let bytes = grown(&triangles, Quality::Fast).to_bytes(&triangles);
     let differs = |positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>| {
         let other = Triangles::new(positions, indices.into()).unwrap();
-        assert_eq!(WideMesh::from_bytes(&bytes, &other).err(), Some(TreeFileError::OtherMesh));
+        assert_eq!(MeshBvh::from_bytes(&bytes, &other).err(), Some(TreeFileError::OtherMesh));
     };
     let (positions, indices) = (triangles.positions().to_vec(), triangles.indices().to_vec());
     for vertex in 0..positions.len() {
@@ -173,11 +173,11 @@ fn another_format_is_named() {
     let triangles = triangles_of(&cube());
     let mut bytes = grown(&triangles, Quality::Fast).to_bytes(&triangles);
     bytes[8] = 77;
-    let error = WideMesh::from_bytes(&bytes, &triangles).unwrap_err();
+    let error = MeshBvh::from_bytes(&bytes, &triangles).unwrap_err();
     assert_eq!(error, TreeFileError::OtherVersion { found: 77 });
     assert!(error.to_string().contains("77") && error.to_string().contains("bake"), "{error}");
     bytes[0] ^= 1;
-    assert_eq!(WideMesh::from_bytes(&bytes, &triangles).err(), Some(TreeFileError::NotATree));
+    assert_eq!(MeshBvh::from_bytes(&bytes, &triangles).err(), Some(TreeFileError::NotATree));
 }
 
 /// Traces what was accepted; says how many rays hit something. No ray may see anything of the tree
@@ -216,7 +216,7 @@ fn a_forged_tree_is_refused_or_one_that_can_be_traced() {
             let mut forged = bytes.clone();
             forged[bit / 8] ^= 1 << (bit % 8);
             let forged = with_right_digest(&forged);
-            match WideMesh::from_bytes(&forged, &triangles) {
+            match MeshBvh::from_bytes(&forged, &triangles) {
                 Ok(tree) => {
                     assert_eq!(tree.validate(), Ok(()), "bit {bit}");
                     // Triangles that stand in one leaf are hit as ever, whichever bit was flipped.
@@ -257,7 +257,7 @@ fn forged_bytes_at_random_places_do_no_harm() {
             forged[at..at + 4].copy_from_slice(&word);
         }
         let forged = with_right_digest(&forged);
-        if let Ok(tree) = WideMesh::from_bytes(&forged, &triangles) {
+        if let Ok(tree) = MeshBvh::from_bytes(&forged, &triangles) {
             assert_eq!(tree.validate(), Ok(()), "seed {seed}, round {round}");
             trace(&forged, &mesh, &rays);
         }
@@ -272,7 +272,7 @@ fn sizes_are_not_believed() {
         for count in [u32::MAX, 1 << 28, 1 << 20, 0] {
             let mut forged = bytes.clone();
             forged[at..at + 4].copy_from_slice(&count.to_le_bytes());
-            let error = WideMesh::from_bytes(&with_right_digest(&forged), &triangles);
+            let error = MeshBvh::from_bytes(&with_right_digest(&forged), &triangles);
             assert!(error.is_err(), "{count} at byte {at}");
         }
     }
@@ -302,7 +302,7 @@ fn boxes_that_reach_beyond_the_mesh_are_refused() {
                 (0..lanes).for_each(|lane| widen(&mut forged, at + 1 + 28 * lane));
                 at += 1 + 28 * lanes;
             }
-            let error = WideMesh::from_bytes(&with_right_digest(&forged), &triangles).unwrap_err();
+            let error = MeshBvh::from_bytes(&with_right_digest(&forged), &triangles).unwrap_err();
             assert!(
                 matches!(error, TreeFileError::Broken(violation) if violation.promise == 10),
                 "{error}, up to {far}"

@@ -9,7 +9,7 @@ use std::time::Duration;
 use common::{Backwards, Random, grid};
 use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use kinetree::geometry::Triangles;
-use kinetree::{Executor, Mesh, Threads, WideMesh};
+use kinetree::{Executor, Mesh, MeshBvh, Threads};
 
 const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
 
@@ -28,7 +28,7 @@ fn build_and_look(
     triangles: &Triangles,
     options: &BuildOptions,
     cancel_at: f32,
-) -> (Result<WideMesh, Cancelled>, Vec<f32>) {
+) -> (Result<MeshBvh, Cancelled>, Vec<f32>) {
     let (watch, ended) = (Watch::new(), AtomicBool::new(false));
     std::thread::scope(|scope| {
         let looker = scope.spawn(|| {
@@ -57,7 +57,7 @@ fn a_watched_build_gives_the_same_tree_and_only_ever_comes_nearer() {
     {
         for quality in QUALITIES {
             let alone = options(quality, Threads::one());
-            let expected = WideMesh::new(&build::triangles(&geometry, &alone), &geometry);
+            let expected = MeshBvh::new(&build::triangles(&geometry, &alone), &geometry);
             for threads in [Threads::one(), Threads::default(), Threads::of(Arc::new(Backwards))] {
                 let (built, seen) = build_and_look(&geometry, &options(quality, threads), f32::INFINITY);
                 let built = built.unwrap();

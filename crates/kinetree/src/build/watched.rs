@@ -3,7 +3,7 @@
 use super::{BuildOptions, triangles};
 use crate::geometry::Triangles;
 use crate::watch::{Cancelled, Watch};
-use crate::wide::WideMesh;
+use crate::wide::MeshBvh;
 
 /// The tree over all triangles that rays walk: [`triangles()`], collapsed. The tree is the same whether or not it is watched.
 ///
@@ -30,10 +30,10 @@ use crate::wide::WideMesh;
 ///
 /// # Panics
 /// When there are more triangles than 2^27.
-pub fn watched(of: &Triangles, options: &BuildOptions, watch: &Watch) -> Result<WideMesh, Cancelled> {
+pub fn watched(of: &Triangles, options: &BuildOptions, watch: &Watch) -> Result<MeshBvh, Cancelled> {
     let options = BuildOptions { threads: options.threads.watched_by(watch), ..options.clone() };
     let binary = triangles(of, &options);
-    let tree = WideMesh::new_watched(&binary, of, &options.threads);
+    let tree = MeshBvh::new_watched(&binary, of, &options.threads);
     watch.finish()?;
     Ok(tree)
 }

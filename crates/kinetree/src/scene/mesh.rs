@@ -10,7 +10,7 @@ use crate::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use crate::geometry::{Precision, Triangles, fingerprint};
 use crate::threads::Threads;
 use crate::traverse::Posed;
-use crate::wide::{TreeFileError, WideMesh};
+use crate::wide::{MeshBvh, TreeFileError};
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything. That
 /// includes the tree of the rest pose, if their first commit finds them at rest, or bent by a pose.
@@ -133,7 +133,7 @@ impl Mesh {
     /// The bytes are no tree, damaged, or a tree of another mesh.
     pub fn with_tree(mut self, tree: &[u8]) -> Result<Self, TreeFileError> {
         let triangles = self.at_rest();
-        let bvh = WideMesh::from_bytes(tree, &triangles)?;
+        let bvh = MeshBvh::from_bytes(tree, &triangles)?;
         self.tree = Some(Arc::new(Posed { bvh, triangles, precision: self.data.precision }));
         Ok(self)
     }
@@ -221,7 +221,7 @@ impl Mesh {
 }
 
 /// A tree over triangles where they are now.
-pub(super) fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> WideMesh {
+pub(super) fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> MeshBvh {
     let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
-    WideMesh::new_watched(&build::triangles(triangles, &options), triangles, threads)
+    MeshBvh::new_watched(&build::triangles(triangles, &options), triangles, threads)
 }

@@ -14,7 +14,7 @@ use crate::simd::Level;
 use crate::threads::Threads;
 use crate::traverse::Posed;
 use crate::update::{Action, Candidate, Doubt, Edit, Motion, Reason, Upkeep, decide};
-use crate::wide::WideMesh;
+use crate::wide::MeshBvh;
 
 /// What a tree begins with.
 enum Start {
@@ -142,7 +142,7 @@ impl LivingMesh {
     }
 
     /// Drift begins here. Only trees that are refitted are measured.
-    fn watch_from(&mut self, tree: &WideMesh, threads: &Threads) {
+    fn watch_from(&mut self, tree: &MeshBvh, threads: &Threads) {
         let is_refitted = self.motion == Motion::Deforming;
         self.upkeep = Upkeep::of_build(if is_refitted { tree.ray_cost(threads) } else { None });
         self.drift = 1.0;

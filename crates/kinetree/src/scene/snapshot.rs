@@ -13,7 +13,7 @@ use crate::query::{Coherence, Hit, Query};
 use crate::simd::Level;
 use crate::traverse::{Posed, TwoLevel};
 use crate::update::Motion;
-use crate::wide::{InstanceRecord, WideMesh, WideTop};
+use crate::wide::{InstanceRecord, MeshBvh, TopLevelBvh};
 
 /// One frame of a scene. It borrows nothing: keep it, send it, drop it anywhere. Clones share the frame.
 ///
@@ -86,7 +86,7 @@ impl Snapshot {
 
     /// The tree over the instances.
     #[doc(alias = "TLAS")]
-    pub fn top_level(&self) -> &WideTop {
+    pub fn top_level(&self) -> &TopLevelBvh {
         &self.0.world.top
     }
 
@@ -362,7 +362,7 @@ impl<'a> InstanceView<'a> {
 
     /// The tree over its triangles.
     #[doc(alias = "BLAS")]
-    pub fn bvh(&self) -> &'a WideMesh {
+    pub fn bvh(&self) -> &'a MeshBvh {
         &self.posed.bvh
     }
 }
@@ -406,7 +406,7 @@ impl<'a> MeshView<'a> {
 
     /// The tree over its triangles.
     #[doc(alias = "BLAS")]
-    pub fn bvh(&self) -> &'a WideMesh {
+    pub fn bvh(&self) -> &'a MeshBvh {
         &self.posed.bvh
     }
 }

@@ -6,7 +6,7 @@ use crate::geometry::inverse::{Inverse, PAID_BY_RAYS};
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine, UNIT_ROUNDOFF};
 use crate::threads::Threads;
-use crate::wide::{WideMesh, WideTop};
+use crate::wide::{MeshBvh, TopLevelBvh};
 
 /// Up to this many instances are clustered exactly, which takes well below a millisecond; beyond,
 /// its time grows faster than that of binning.
@@ -14,15 +14,15 @@ const CLUSTERED_UP_TO: usize = 512;
 
 /// A tree over the boxes that are not empty; its primitives are places in `boxes`. `far` is how
 /// rays from far away stray.
-pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (WideTop, TopLevelMethod) {
+pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (TopLevelBvh, TopLevelMethod) {
     let (numbers, solid): (Vec<u32>, Vec<Aabb>) =
         (0..).zip(boxes.iter().copied()).filter(|(_, bounds)| !bounds.is_empty()).unzip();
     if solid.len() <= CLUSTERED_UP_TO {
-        return (WideTop::new(&agglomerate(&solid).bvh.renumbered(&numbers), far), TopLevelMethod::Clustered);
+        return (TopLevelBvh::new(&agglomerate(&solid).bvh.renumbered(&numbers), far), TopLevelMethod::Clustered);
     }
     let options = BuildOptions { threads: threads.clone(), ..BuildOptions::single() };
     let tree = binned(solid.len(), |i| solid[i as usize], &options);
-    (WideTop::new(&tree.renumbered(&numbers), far), TopLevelMethod::Binned)
+    (TopLevelBvh::new(&tree.renumbered(&numbers), far), TopLevelMethod::Binned)
 }
 
 /// A world box around a mesh where an instance stands: around the images of the boxes in its root
@@ -30,7 +30,7 @@ pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (WideTop
 ///
 /// Rays enter the mesh through the rounded inverse; the box leaves room for what they err by
 /// whatever their origin.
-pub(crate) fn world_box(mesh: &WideMesh, world_from_object: &Affine, inverse: &Inverse) -> Aabb {
+pub(crate) fn world_box(mesh: &MeshBvh, world_from_object: &Affine, inverse: &Inverse) -> Aabb {
     let Some(root) = mesh.tree().nodes().first() else { return Aabb::EMPTY };
     let world_from_object = match inverse {
         Inverse::Single { .. } => world_from_object,

@@ -9,14 +9,14 @@ use super::Hierarchy;
 use crate::geometry::inverse::DoubleInverse;
 use crate::geometry::{Precision, Triangles};
 use crate::simd::Level;
-use crate::wide::{InstanceRecord, WideMesh, WideTop};
+use crate::wide::{InstanceRecord, MeshBvh, TopLevelBvh};
 
 /// A mesh as it is in one frame, with its tree.
 #[doc(alias = "BLAS")]
 #[derive(Clone, Default)]
 pub struct Posed {
     /// Over the triangles, object space.
-    pub bvh: WideMesh,
+    pub bvh: MeshBvh,
     /// Object space.
     pub triangles: Triangles,
     /// How carefully triangles are tested.
@@ -59,7 +59,7 @@ impl FrameStamp {
 #[derive(Clone)]
 pub struct TwoLevel {
     /// Over the instances, world space.
-    pub top: WideTop,
+    pub top: TopLevelBvh,
     /// What the top level leads to.
     pub instances: Vec<InstanceRecord>,
     /// What the instances lead to.
@@ -79,7 +79,7 @@ pub struct TwoLevel {
 impl Default for TwoLevel {
     fn default() -> Self {
         Self {
-            top: WideTop::default(),
+            top: TopLevelBvh::default(),
             instances: Vec::new(),
             meshes: Vec::new(),
             doubles: Vec::new(),

@@ -7,7 +7,7 @@ use super::{Boxes, Tally};
 use crate::arena::StackRoom;
 use crate::geometry::AT_MOST;
 use crate::simd::Isa;
-use crate::wide::{NodeRows, WideLink, WideTree};
+use crate::wide::{NodeRows, WideBvh, WideLink};
 
 /// A question that a walk is compiled for.
 pub(crate) trait WideVisitor<I: Isa, T: Tally> {
@@ -25,7 +25,7 @@ pub(crate) trait WideVisitor<I: Isa, T: Tally> {
 #[inline(always)]
 pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
     isa: I,
-    tree: &WideTree,
+    tree: &WideBvh,
     boxes: impl Boxes<I>,
     visitor: &mut V,
     tally: &mut T,

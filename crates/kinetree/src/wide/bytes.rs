@@ -21,7 +21,7 @@ use thiserror::Error;
 
 use super::block::BLOCK;
 use super::node::LANES;
-use super::{TriangleBlock, WideLink, WideMesh, WideNode, WideTarget, WideTree};
+use super::{MeshBvh, TriangleBlock, WideBvh, WideLink, WideNode, WideTarget};
 use crate::arena::with_room;
 use crate::digest::Digest;
 use crate::geometry::{Aabb, Triangles};
@@ -61,7 +61,7 @@ pub enum TreeFileError {
         /// What was found.
         what: &'static str,
     },
-    /// As before: a promise of [`WideMesh`] is broken.
+    /// As before: a promise of [`MeshBvh`] is broken.
     #[error("the tree is not sound: {0}; bake it again")]
     Broken(#[from] Violation),
 }
@@ -74,8 +74,8 @@ pub fn fingerprint_in(bytes: &[u8]) -> Result<u64, TreeFileError> {
     Ok(Head::read(&mut Reader::open(bytes)?)?.fingerprint)
 }
 
-impl WideMesh {
-    /// The tree as bytes that [`WideMesh::from_bytes`] makes the same tree of, given the same triangles. `triangles` are those that it stands over.
+impl MeshBvh {
+    /// The tree as bytes that [`MeshBvh::from_bytes`] makes the same tree of, given the same triangles. `triangles` are those that it stands over.
     pub fn to_bytes(&self, triangles: &Triangles) -> Vec<u8> {
         let (nodes, blocks) = (self.tree().nodes(), self.blocks());
         let lanes: usize = nodes.iter().map(|node| node.lanes().count()).sum();
@@ -104,9 +104,9 @@ impl WideMesh {
         to
     }
 
-    /// A tree that [`WideMesh::to_bytes`] wrote, for the same triangles: the same to the bit, but that the lanes of a refitted one are sorted anew.
+    /// A tree that [`MeshBvh::to_bytes`] wrote, for the same triangles: the same to the bit, but that the lanes of a refitted one are sorted anew.
     ///
-    /// What is given back keeps promises 1 to 10 of [`WideMesh`], as [`WideMesh::validate`] checks
+    /// What is given back keeps promises 1 to 10 of [`MeshBvh`], as [`MeshBvh::validate`] checks
     /// them; that there is no gap between the boxes of a triangle that spatial splits cut rests on
     /// the digest.
     ///
@@ -128,7 +128,7 @@ impl WideMesh {
         if !from.0.is_empty() {
             return Err(TreeFileError::Unsound { what: "bytes behind the last block" });
         }
-        let tree = WideTree { nodes, units: blocks.len() as u32, bounds: head.bounds };
+        let tree = WideBvh { nodes, units: blocks.len() as u32, bounds: head.bounds };
         let mesh = Self::from_parts(tree, blocks, head.triangles);
         mesh.validate()?;
         Ok(mesh)

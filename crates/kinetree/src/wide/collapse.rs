@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::least::{Least, Subtree};
 use super::node::LANES;
-use super::{WideLink, WideNode, WideTree};
+use super::{WideBvh, WideLink, WideNode};
 use crate::arena::with_room;
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
@@ -62,19 +62,19 @@ pub(crate) trait Units: Send + Sync {
 }
 
 /// Collapses a binary tree. The leaves are added to `units` in their order.
-pub(crate) fn collapse<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U) -> WideTree {
+pub(crate) fn collapse<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U) -> WideBvh {
     write(binary, costs, threads, units, binary.node_count() > SMALL && !threads.is_alone())
 }
 
-fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U, in_parts: bool) -> WideTree {
+fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U, in_parts: bool) -> WideBvh {
     if binary.nodes().is_empty() {
-        return WideTree::default();
+        return WideBvh::default();
     }
     // Wide nodes are about an eighth as many.
     threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
     let least = Least::of(binary, costs, threads);
     if threads.is_cancelled() {
-        return WideTree::default();
+        return WideBvh::default();
     }
     let roots = Roots { binary, least: &least, found: Vec::with_capacity(LANES) };
     let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
@@ -90,7 +90,7 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
         *part = Some(written);
     });
     if threads.is_cancelled() {
-        return WideTree::default();
+        return WideBvh::default();
     }
     let room = if parts.is_empty() {
         binary.node_count() / FEWEST + 1
@@ -102,7 +102,7 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
     level.run(Write { part: &mut whole, root: 0, roots, parts: &mut parts });
     whole.nodes.shrink_to_fit();
     units.append(whole.units);
-    WideTree { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
+    WideBvh { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
 }
 
 /// As a rule, no fewer nodes of the binary tree become a wide one.
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use crate::build;
     use crate::geometry::Aabb;
-    use crate::wide::mesh::COSTS;
+    use crate::wide::mesh_bvh::COSTS;
 
     /// As many primitives as there are, in the order of the leaves.
     #[derive(Default, PartialEq, Debug)]

@@ -1,11 +1,11 @@
 //! Do the boxes of a tree contain its triangles? The one check, for trees that were built, refitted
 //! or read.
 
-use super::{WideMesh, WideTarget};
+use super::{MeshBvh, WideTarget};
 use crate::geometry::Aabb;
 use crate::tree::{Location, Violation};
 
-impl WideMesh {
+impl MeshBvh {
     /// Checks promises 1 to 10: those of the tree, and that its boxes contain its triangles, and
     /// hardly more.
     ///
@@ -87,14 +87,14 @@ mod tests {
         triangles.expect("all indices are in range")
     }
 
-    fn tree(quality: Quality) -> WideMesh {
+    fn tree(quality: Quality) -> MeshBvh {
         let options = BuildOptions { quality, ..BuildOptions::default() };
-        WideMesh::new(&build::triangles(&needles(), &options), &needles())
+        MeshBvh::new(&build::triangles(&needles(), &options), &needles())
     }
 
     /// What is said of a tree with another box in a lane of a leaf, and as large ones around it as
     /// promise 3 asks for.
-    fn verdict(tree: &WideMesh, node: usize, lane: usize, bounds: Aabb) -> Result<(), Violation> {
+    fn verdict(tree: &MeshBvh, node: usize, lane: usize, bounds: Aabb) -> Result<(), Violation> {
         let mut changed = tree.clone();
         changed.tree.nodes[node].set_box(lane, &bounds);
         let mut at = node;

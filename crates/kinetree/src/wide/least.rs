@@ -249,7 +249,7 @@ mod tests {
     use super::*;
     use crate::build;
     use crate::geometry::Aabb;
-    use crate::wide::mesh::COSTS;
+    use crate::wide::mesh_bvh::COSTS;
 
     /// The same by the definition: what a subtree costs with up to so many roots, and how many primitives it has.
     fn by_trying(binary: &Bvh, node: u32, roots: usize) -> (f32, u32) {

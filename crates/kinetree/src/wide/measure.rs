@@ -1,8 +1,8 @@
 //! What a tree costs rays, beside how densely its triangles stand: both are needed to tell a tree
 //! that has degraded from a pose that is expensive for every tree.
 
-use super::mesh::COSTS;
-use super::{TriangleBlock, WideMesh};
+use super::mesh_bvh::COSTS;
+use super::{MeshBvh, TriangleBlock};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
@@ -33,7 +33,7 @@ impl RayCost {
     }
 }
 
-impl WideMesh {
+impl MeshBvh {
     /// What rays are expected to cost in this pose. After a refit it is known, otherwise the tree
     /// is walked.
     pub(crate) fn ray_cost(&self, threads: &Threads) -> Option<RayCost> {

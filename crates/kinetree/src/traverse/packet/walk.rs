@@ -8,7 +8,7 @@ use crate::arena::StackRoom;
 use crate::geometry::AT_MOST;
 use crate::simd::Isa;
 use crate::tree::MAX_DEPTH;
-use crate::wide::{LANES, WIDE_STACK, WideLink, WideTree};
+use crate::wide::{LANES, WIDE_STACK, WideBvh, WideLink};
 
 /// A question that a walk is compiled for.
 pub(crate) trait PacketVisitor<I: Isa> {
@@ -40,7 +40,7 @@ const LANES_OF: [[u32; LANES]; PATH] = {
 #[inline(always)]
 pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     isa: I,
-    tree: &WideTree,
+    tree: &WideBvh,
     rays: &RayPacket,
     planes: &PacketPlanes,
     interval: &Interval<I>,

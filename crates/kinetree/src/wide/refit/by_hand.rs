@@ -1,12 +1,12 @@
 //! The slow twin: corner by corner, box by box, the whole tree at once.
 
 use super::super::node::LANES;
-use super::super::{WideMesh, WideTarget};
+use super::super::{MeshBvh, WideTarget};
 use super::set_in_parent;
 use crate::geometry::{Aabb, Triangles};
 
 /// The same tree for triangles that have moved.
-pub(super) fn refit(tree: &WideMesh, triangles: &Triangles) -> WideMesh {
+pub(super) fn refit(tree: &MeshBvh, triangles: &Triangles) -> MeshBvh {
     let mut moved = tree.clone();
     moved.chunks.clear();
     for block in &mut moved.blocks {

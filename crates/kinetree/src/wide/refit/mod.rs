@@ -20,9 +20,9 @@ use std::sync::Arc;
 
 pub(super) use plan::Plan;
 
-use super::mesh::COSTS;
+use super::mesh_bvh::COSTS;
 use super::node::LANES;
-use super::{TriangleBlock, WideMesh, WideNode, WideTarget};
+use super::{MeshBvh, TriangleBlock, WideNode, WideTarget};
 use crate::geometry::{Aabb, Triangles};
 use crate::simd::Level;
 use crate::threads::Threads;
@@ -50,7 +50,7 @@ struct Work<'a> {
     swept: Swept,
 }
 
-impl WideMesh {
+impl MeshBvh {
     /// The same tree for triangles that have moved, written into `spare`, whatever that held
     /// before. If it held a tree that was refitted from this one, or from one that this was
     /// refitted from, nothing but boxes and corners is written, and nothing large is allocated.

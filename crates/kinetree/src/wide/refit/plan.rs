@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::super::block::BLOCK;
 use super::super::node::LANES;
-use super::super::{WideMesh, WideTarget, WideTree};
+use super::super::{MeshBvh, WideBvh, WideTarget};
 use crate::arena::with_room;
 use crate::geometry::Triangles;
 
@@ -36,7 +36,7 @@ pub(in super::super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn of(mesh: &WideMesh, triangles: &Triangles) -> Self {
+    pub(super) fn of(mesh: &MeshBvh, triangles: &Triangles) -> Self {
         let mut corners: Vec<Corners> = with_room(mesh.blocks.len());
         for block in &mesh.blocks {
             let vertices = block.primitives.map(|triangle| triangles.indices()[triangle as usize]);
@@ -64,7 +64,7 @@ impl Plan {
 }
 
 /// The largest subtrees that are small enough for a chunk, and the nodes above them.
-fn cut(tree: &WideTree) -> (Vec<Chunk>, Vec<u32>) {
+fn cut(tree: &WideBvh) -> (Vec<Chunk>, Vec<u32>) {
     // Promise 7: a subtree ends where the one after it begins.
     let mut ends: Vec<(u32, u32)> = Vec::with_capacity(tree.nodes.len());
     ends.resize(tree.nodes.len(), (0, 0));

@@ -10,7 +10,7 @@ use super::Swept;
 use super::plan::Corners;
 use crate::geometry::{Aabb, UNIT_ROUNDOFF};
 use crate::simd::{Isa, Kernel};
-use crate::wide::mesh::COSTS;
+use crate::wide::mesh_bvh::COSTS;
 
 /// See [`Aabb::padded`].
 const PADDING: f32 = 8.0 * UNIT_ROUNDOFF;

@@ -42,14 +42,14 @@ fn soup(count: u32, size: f32, random: &mut Random) -> (Vec<[f32; 3]>, Arc<[[u32
     (positions, (0..count).map(of).collect())
 }
 
-fn tree_of(positions: &[[f32; 3]], indices: &Arc<[[u32; 3]]>, quality: Quality) -> WideMesh {
+fn tree_of(positions: &[[f32; 3]], indices: &Arc<[[u32; 3]]>, quality: Quality) -> MeshBvh {
     let triangles = Triangles::new(positions.to_vec(), indices.clone()).expect("indices in range");
     let options = BuildOptions { quality, threads: Threads::one(), ..BuildOptions::default() };
-    WideMesh::new(&build::triangles(&triangles, &options), &triangles)
+    MeshBvh::new(&build::triangles(&triangles, &options), &triangles)
 }
 
 /// All bits that a refit writes. The sign of zero does not count: which of two zeros is the smaller one depends on the order of looking.
-fn bits(tree: &WideMesh) -> Vec<u32> {
+fn bits(tree: &MeshBvh) -> Vec<u32> {
     let bounds = tree.bounds();
     let planes = tree.tree.nodes.iter().flat_map(|node| node.planes.as_flattened().as_flattened());
     let planes = planes.chain(&bounds.min).chain(&bounds.max).map(|x| (x + 0.0).to_bits());
@@ -85,7 +85,7 @@ fn pools() -> Vec<Threads> {
     [Threads::one(), Threads::default()].into_iter().chain(own).collect()
 }
 
-fn check(name: &str, tree: &WideMesh, moved: &Triangles, spare: &mut WideMesh) {
+fn check(name: &str, tree: &MeshBvh, moved: &Triangles, spare: &mut MeshBvh) {
     let expected = by_hand::refit(tree, moved);
     assert_eq!(expected.validate(), Ok(()), "{name}");
     let expected_bits = bits(&expected);
@@ -104,7 +104,7 @@ fn check(name: &str, tree: &WideMesh, moved: &Triangles, spare: &mut WideMesh) {
 }
 
 /// What the sweep found against the definitions, in double precision. There is a cost where both areas can be told from zero and infinity.
-fn check_cost(name: &str, found: Option<RayCost>, tree: &WideMesh) {
+fn check_cost(name: &str, found: Option<RayCost>, tree: &MeshBvh) {
     let half_area = |bounds: &Aabb| {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from((bounds.max[axis] - bounds.min[axis]).max(0.0)));
         x * y + y * z + z * x
@@ -164,7 +164,7 @@ fn flat_and_vanishing_triangles_are_refitted_like_others() {
     let mut random = Random(seed);
     let (still, indices) = soup(900, 1.0, &mut random);
     let tree = tree_of(&still, &indices, Quality::Fast);
-    let mut spare = WideMesh::default();
+    let mut spare = MeshBvh::default();
     type Place = fn([f32; 3]) -> [f32; 3];
     let all: [(&str, Place); 4] = [
         ("in one place", |_| [0.25, -3.0, 7.0]),
@@ -184,7 +184,7 @@ fn a_tree_of_trees_that_were_refitted_is_right_whatever_the_spare_had_missed() {
     let mut random = Random(seed);
     let (still, indices) = soup(9000, 1.0, &mut random);
     let mut current = tree_of(&still, &indices, Quality::Fast);
-    let mut spares = [WideMesh::default(), current.clone(), WideMesh::default()];
+    let mut spares = [MeshBvh::default(), current.clone(), MeshBvh::default()];
     for step in 0..7 {
         let bend = 0.1 * step as f32;
         let moved = still.iter().map(|p| [p[0] - p[2] * bend, p[1] + bend, p[2]]).collect();
@@ -209,7 +209,7 @@ fn a_spare_of_another_tree_takes_the_new_shape() {
         (tree_of(&one, &one_indices, Quality::Fast), tree_of(&other, &other_indices, Quality::Fast));
     let one = Triangles::new(one, one_indices).expect("in range");
     let other = Triangles::new(other, other_indices).expect("in range");
-    let mut spare = WideMesh::default();
+    let mut spare = MeshBvh::default();
     for _ in 0..2 {
         one_tree.refit_into(&mut spare, &one, &Threads::one(), Level::current());
         assert!(bits(&spare) == bits(&by_hand::refit(&one_tree, &one)), "seed {seed}");

@@ -7,7 +7,7 @@ use super::block::BLOCK;
 use super::collapse::{Costs, collapse};
 use super::leaves::Leaves;
 use super::refit::{Plan, Swept};
-use super::{TriangleBlock, WideTree};
+use super::{TriangleBlock, WideBvh};
 use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
 use crate::threads::Threads;
@@ -17,7 +17,7 @@ use crate::tree::Bvh;
 pub(super) const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, max_units: 4 };
 
 /// An eight-way tree whose leaves hold blocks of four triangles. Beside promises 1 to 7 of a
-/// [`WideTree`], always:
+/// [`WideBvh`], always:
 ///
 /// 8. every triangle is in a block that a leaf leads to, or in several when spatial splits cut it;
 /// 9. the box of a leaf contains its triangles and what rays may miss them by; of a triangle in
@@ -25,8 +25,8 @@ pub(super) const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, 
 /// 10. no box reaches beyond the box around all triangles so widened.
 #[doc(alias = "BLAS")]
 #[derive(Clone, Default)]
-pub struct WideMesh {
-    pub(super) tree: WideTree,
+pub struct MeshBvh {
+    pub(super) tree: WideBvh,
     pub(super) blocks: Vec<TriangleBlock>,
     /// How many different triangles the leaves hold.
     pub(super) triangles: u32,
@@ -37,14 +37,14 @@ pub struct WideMesh {
 }
 
 /// In short: how large it is.
-impl fmt::Debug for WideMesh {
+impl fmt::Debug for MeshBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, triangles) = (self.node_count(), self.primitive_count());
-        f.debug_struct("WideMesh").field("nodes", &nodes).field("triangles", &triangles).finish_non_exhaustive()
+        f.debug_struct("MeshBvh").field("nodes", &nodes).field("triangles", &triangles).finish_non_exhaustive()
     }
 }
 
-impl WideMesh {
+impl MeshBvh {
     /// Collapses a binary tree over triangles.
     ///
     /// # Panics
@@ -62,7 +62,7 @@ impl WideMesh {
     }
 
     /// From parts that were read. As many blocks as the tree has units.
-    pub(super) fn from_parts(tree: WideTree, blocks: Vec<TriangleBlock>, triangles: u32) -> Self {
+    pub(super) fn from_parts(tree: WideBvh, blocks: Vec<TriangleBlock>, triangles: u32) -> Self {
         assert_eq!(tree.unit_count(), blocks.len(), "each unit is a block");
         Self { tree, blocks, triangles, ..Self::default() }
     }
@@ -78,7 +78,7 @@ impl WideMesh {
 
     /// The nodes.
     #[inline(always)]
-    pub fn tree(&self) -> &WideTree {
+    pub fn tree(&self) -> &WideBvh {
         &self.tree
     }
 
@@ -137,7 +137,7 @@ impl WideMesh {
         self.tree.cost(node_cost, block_cost)
     }
 
-    /// See [`WideTree::overlap`].
+    /// See [`WideBvh::overlap`].
     pub fn overlap(&self) -> f32 {
         self.tree.overlap()
     }

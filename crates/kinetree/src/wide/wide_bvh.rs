@@ -23,7 +23,7 @@ pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
 ///
 /// A tree without units has no nodes.
 #[derive(Clone, Default)]
-pub struct WideTree {
+pub struct WideBvh {
     pub(super) nodes: Vec<WideNode>,
     /// How many units the leaves lead to.
     pub(super) units: u32,
@@ -31,14 +31,14 @@ pub struct WideTree {
 }
 
 /// In short: how large it is.
-impl fmt::Debug for WideTree {
+impl fmt::Debug for WideBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, units) = (self.node_count(), self.unit_count());
-        f.debug_struct("WideTree").field("nodes", &nodes).field("units", &units).finish_non_exhaustive()
+        f.debug_struct("WideBvh").field("nodes", &nodes).field("units", &units).finish_non_exhaustive()
     }
 }
 
-impl WideTree {
+impl WideBvh {
     /// All nodes; the root is the first.
     #[inline(always)]
     pub fn nodes(&self) -> &[WideNode] {

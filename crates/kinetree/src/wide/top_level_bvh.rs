@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::WideTree;
+use super::WideBvh;
 use super::collapse::{Costs, Units, collapse};
 use crate::geometry::Aabb;
 use crate::geometry::slab::FarRays;
@@ -16,8 +16,8 @@ const COSTS: Costs = Costs { node: 1.0, unit: 3.0, unit_size: 1, max_units: 1 };
 /// An eight-way tree whose leaves are instance records.
 #[doc(alias = "TLAS")]
 #[derive(Clone, Default)]
-pub struct WideTop {
-    tree: WideTree,
+pub struct TopLevelBvh {
+    tree: WideBvh,
     instances: Vec<u32>,
     far: FarRays,
 }
@@ -45,14 +45,14 @@ impl Units for Instances<'_> {
 }
 
 /// In short: how large it is.
-impl fmt::Debug for WideTop {
+impl fmt::Debug for TopLevelBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, instances) = (self.node_count(), self.primitive_count());
-        f.debug_struct("WideTop").field("nodes", &nodes).field("instances", &instances).finish_non_exhaustive()
+        f.debug_struct("TopLevelBvh").field("nodes", &nodes).field("instances", &instances).finish_non_exhaustive()
     }
 }
 
-impl WideTop {
+impl TopLevelBvh {
     /// Collapses a binary tree over instances, each alone in its leaf. `far` is how rays from far away stray.
     pub(crate) fn new(binary: &Bvh, far: FarRays) -> Self {
         let mut instances =
@@ -78,7 +78,7 @@ impl WideTop {
 
     /// The nodes.
     #[inline(always)]
-    pub fn tree(&self) -> &WideTree {
+    pub fn tree(&self) -> &WideBvh {
         &self.tree
     }
 
@@ -119,7 +119,7 @@ impl WideTop {
         self.tree.cost(node_cost, instance_cost)
     }
 
-    /// See [`WideTree::overlap`].
+    /// See [`WideBvh::overlap`].
     pub fn overlap(&self) -> f32 {
         self.tree.overlap()
     }
