@@ -141,7 +141,7 @@ fn a_large_incoherent_batch_is_answered_in_its_own_order() {
     batch.iter().for_each(|ray| _ = view.query().closest_hit_counted(ray, &mut work));
     assert!(work.nodes + work.leaves > 15 * batch.len() as u64, "rays that are worth sorting: {work}");
     for (ray, hit) in batch.iter().zip(&single).step_by(50) {
-        assert_eq!(*hit, view.query().by_looking().closest_hit(ray), "seed 41, {ray:?}");
+        assert_eq!(*hit, view.query().brute_force().closest_hit(ray), "seed 41, {ray:?}");
     }
     for level in Level::available() {
         let view = view.at_level(level);

@@ -47,7 +47,7 @@ fn every_quality_agrees_with_looking_everywhere() {
                 assert_eq!(view.bvh().primitive_count(), view.triangles().len(), "{}", world.name);
             }
             for ray in rays(&world, 1000, &mut random) {
-                let (query, twin) = (world.view.query(), world.view.query().by_looking());
+                let (query, twin) = (world.view.query(), world.view.query().brute_force());
                 let (found, expected) = (query.closest_hit(&ray), twin.closest_hit(&ray));
                 let agree = match (&found, &expected) {
                     (Some(found), Some(expected)) => found.agrees_with(expected),
@@ -258,7 +258,7 @@ fn a_split_tree_that_is_refitted_still_has_every_hit() {
             let origin = random.point(1.5);
             let target = bent[random.below(bent.len())];
             let ray = Ray::new(origin, [0, 1, 2].map(|axis| target[axis] - origin[axis]));
-            assert_eq!(view.query().all_hits(&ray), view.query().by_looking().all_hits(&ray), "{ray:?}");
+            assert_eq!(view.query().all_hits(&ray), view.query().brute_force().all_hits(&ray), "{ray:?}");
         }
     }
 }

@@ -9,7 +9,7 @@ const RAYS: usize = 3000;
 
 /// Tells whether there is a hit.
 fn compare(name: &str, query: Query<'_>, ray: &Ray) -> bool {
-    let twin = query.by_looking();
+    let twin = query.brute_force();
     let expected = twin.closest_hit(ray);
     assert_eq!(query.closest_hit(ray), expected, "closest in `{name}` for {ray:?}");
     assert_eq!(query.occluded(ray), expected.is_some(), "occluded in `{name}` for {ray:?}");

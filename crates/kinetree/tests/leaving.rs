@@ -77,7 +77,7 @@ fn misses(view: &Snapshot, ray: &Ray) -> bool {
     view.closest_hits(&rays, &mut hits, Coherence::Coherent);
     view.closest_hit(ray).is_none()
         && !view.occluded(ray)
-        && view.query().by_looking().closest_hit(ray).is_none()
+        && view.query().brute_force().closest_hit(ray).is_none()
         && hits.iter().all(Option::is_none)
 }
 

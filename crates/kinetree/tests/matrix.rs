@@ -21,7 +21,7 @@ struct Truth {
 }
 
 fn truth_about(rays: Vec<Ray>, query: Query<'_>) -> Vec<Truth> {
-    let looking = query.by_looking();
+    let looking = query.brute_force();
     rays.into_iter()
         .map(|ray| {
             let (closest, all) = (looking.closest_hit(&ray), looking.all_hits(&ray));

@@ -120,7 +120,7 @@ fn compare(what: &str, query: Query<'_>, expected: Query<'_>, ray: &Ray) -> bool
 /// The same by looking at every triangle, at whatever level.
 fn compare_looking(what: &str, query: Query<'_>, expected: Query<'_>, ray: &Ray) {
     let (closest, all) = (expected.closest_hit(ray), expected.all_hits(ray));
-    let looking = query.by_looking();
+    let looking = query.brute_force();
     assert_eq!(looking.closest_hit(ray), closest, "by looking, {what}, {ray:?}");
     assert_eq!(looking.occluded(ray), closest.is_some(), "by looking, {what}, {ray:?}");
     assert_eq!(looking.all_hits(ray), all, "by looking, {what}, {ray:?}");

@@ -175,7 +175,7 @@ fn trace_far(view: &Snapshot, seed: u64, batch: u64, rays: usize) -> usize {
         let said = || format!("{ray:?}, instance {instance}, triangle {primitive}, ray {number} of {seed}, {batch}");
         // Those that the triangle test meets are found by the trees.
         let hit = view.closest_hit(&ray);
-        assert_eq!(hit, view.query().by_looking().closest_hit(&ray), "{}", said());
+        assert_eq!(hit, view.query().brute_force().closest_hit(&ray), "{}", said());
         traced.push((ray, hit));
         // And the triangle test errs by no more than it may.
         let right = crossing(&ray, corners);
@@ -272,7 +272,7 @@ fn flat_placements_are_shown_from_both_sides() {
                 }
                 let hit = view.closest_hit(&ray);
                 rays.push((ray, hit));
-                let looking = view.query().by_looking();
+                let looking = view.query().brute_force();
                 assert_eq!(hit, looking.closest_hit(&ray), "{said}");
                 assert_eq!(view.query().all_hits(&ray), looking.all_hits(&ray), "{said}");
                 if right.inside < 1e-5 * size {
@@ -311,7 +311,7 @@ fn flat_placements_are_shown_from_both_sides() {
                 let other = |candidate: &kinetree::Candidate<'_>| candidate.primitive() != primitive;
                 assert!(!view.query().filter(&other).all_hits(&ray).contains(found), "{said}");
                 let filtered = view.query().filter(&other);
-                assert_eq!(filtered.closest_hit(&ray), filtered.by_looking().closest_hit(&ray), "{said}");
+                assert_eq!(filtered.closest_hit(&ray), filtered.brute_force().closest_hit(&ray), "{said}");
             }
             assert!(fronts > 100 && backs > 100, "{fronts} fronts, {backs} backs, placement {number}");
             let lone: Vec<Ray> = rays.iter().map(|(ray, _)| *ray).collect();

@@ -41,7 +41,7 @@ fn every_level_and_batch_finds_what_looking_everywhere_finds() {
     let mut random = Random::new(seed);
     for (number, view) in views(&mut random, Precision::Fast).into_iter().enumerate() {
         let rays = random_rays(&mut random, 1500);
-        let truth: Vec<_> = rays.iter().map(|ray| view.query().by_looking().closest_hit(ray)).collect();
+        let truth: Vec<_> = rays.iter().map(|ray| view.query().brute_force().closest_hit(ray)).collect();
         assert!(truth.iter().flatten().count() > 300, "seed {seed}");
         for level in Level::available() {
             let view = view.at_level(level);
@@ -119,7 +119,7 @@ fn the_precision_of_a_mesh_can_differ_from_that_of_others() {
             for (at, ray) in rays.iter().enumerate() {
                 assert_eq!(seen(query.closest_hit(ray)), seen(view.closest_hit(ray)), "{what}, {ray:?}");
                 assert_eq!(seen(packets[0][at]), seen(packets[1][at]), "packets, {what}, {ray:?}");
-                let looked = [query, view.query()].map(|query| seen(query.by_looking().closest_hit(ray)));
+                let looked = [query, view.query()].map(|query| seen(query.brute_force().closest_hit(ray)));
                 assert_eq!(looked[0], looked[1], "by looking, {what}, {ray:?}");
             }
         }

@@ -104,7 +104,7 @@ fn a_snapshot_held_through_every_kind_of_update_stays_what_it_was() {
         let view = stage.scene.commit();
         let seen = look(&view, &rays);
         for (ray, hit) in rays.iter().zip(&seen).take(60) {
-            let looked = view.query().by_looking().closest_hit(ray);
+            let looked = view.query().brute_force().closest_hit(ray);
             assert_eq!(*hit, looked, "frame {frame}, {ray:?}");
         }
         let hits = seen.iter().flatten().count();

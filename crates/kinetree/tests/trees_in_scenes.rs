@@ -120,7 +120,7 @@ fn what_moved_before_the_first_commit_does_not_keep_boxes_of_the_rest_pose() {
         assert_eq!(view.instance_at(0).bvh().validate(), Ok(()));
         let world = World { name: "moved".into(), view, size: 3.0 };
         for ray in rays(&world, 1000, &mut Random::new(5)) {
-            let (query, twin) = (world.view.query(), world.view.query().by_looking());
+            let (query, twin) = (world.view.query(), world.view.query().brute_force());
             assert_eq!(query.all_hits(&ray), twin.all_hits(&ray), "{motion:?}, {ray:?}");
         }
     }

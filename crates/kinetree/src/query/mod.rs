@@ -1,11 +1,11 @@
 //! What one can ask a frame: the closest hit, whether there is any, and all of them.
 //!
-//! `by_looking` answers the same questions by looking at every triangle: the slow twin that everything is compared with.
+//! `brute_force` answers the same questions by looking at every triangle: the slow twin that everything is compared with.
 
 mod all_hits;
 mod ask;
 mod batch;
-mod by_looking;
+mod brute_force;
 mod candidate;
 mod closest;
 mod gather_rows;
@@ -20,7 +20,7 @@ mod without;
 
 pub use candidate::Candidate;
 pub use hit::Hit;
-pub use options::{ByLooking, Coherence, Cull, Query};
+pub use options::{BruteForce, Coherence, Cull, Query};
 
 use all_hits::AllHits;
 use candidate::{AskFilter, Filter, NoFilter};

@@ -3,7 +3,7 @@
 use super::ask::{Gather, Rules, gathered};
 use super::candidate::DynFilter;
 use super::without::Without;
-use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, by_looking};
+use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, brute_force};
 use crate::geometry::Ray;
 use crate::handle::Placed;
 use crate::traverse::{Tally, TwoLevel, Work};
@@ -46,7 +46,7 @@ pub struct Query<'a> {
 const _: () = {
     const fn is_shared<T: Send + Sync>() {}
     is_shared::<Query<'_>>();
-    is_shared::<ByLooking<'_>>();
+    is_shared::<BruteForce<'_>>();
 };
 
 impl<'a> Query<'a> {
@@ -168,8 +168,8 @@ impl<'a> Query<'a> {
     }
 
     /// The slow twin: the same questions, answered by looking at every triangle.
-    pub fn by_looking(self) -> ByLooking<'a> {
-        ByLooking(self)
+    pub fn brute_force(self) -> BruteForce<'a> {
+        BruteForce(self)
     }
 
     #[inline(always)]
@@ -199,15 +199,15 @@ impl<'a> Query<'a> {
 
 /// The questions of a [`Query`], answered without any tree. Slow, and short enough to be believed: for tests.
 #[derive(Clone, Copy)]
-pub struct ByLooking<'a>(Query<'a>);
+pub struct BruteForce<'a>(Query<'a>);
 
-impl ByLooking<'_> {
+impl BruteForce<'_> {
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let ray = ray.sane()?;
         match self.0.asked(1) {
-            None => by_looking::closest(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::closest(self.0.world, &ray, self.0.rules(filter)),
+            None => brute_force::closest(self.0.world, &ray, self.0.rules(NoFilter)),
+            Some(filter) => brute_force::closest(self.0.world, &ray, self.0.rules(filter)),
         }
     }
 
@@ -215,8 +215,8 @@ impl ByLooking<'_> {
     pub fn occluded(&self, ray: &Ray) -> bool {
         let Some(ray) = ray.sane() else { return false };
         match self.0.asked(1) {
-            None => by_looking::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::occluded(self.0.world, &ray, self.0.rules(filter)),
+            None => brute_force::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
+            Some(filter) => brute_force::occluded(self.0.world, &ray, self.0.rules(filter)),
         }
     }
 
@@ -224,8 +224,8 @@ impl ByLooking<'_> {
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
         let Some(ray) = ray.sane() else { return Vec::new() };
         match self.0.asked(1) {
-            None => by_looking::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => by_looking::all_hits(self.0.world, &ray, self.0.rules(filter)),
+            None => brute_force::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
+            Some(filter) => brute_force::all_hits(self.0.world, &ray, self.0.rules(filter)),
         }
     }
 }

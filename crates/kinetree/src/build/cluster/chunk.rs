@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     /// The same by the definition: a branch is all the keys that begin with the same bits.
-    fn by_looking(keys: &[u64], start: usize, most: usize) -> usize {
+    fn brute_force(keys: &[u64], start: usize, most: usize) -> usize {
         let of_branch = |bits: u32| {
             let same = |key: &&u64| key.checked_shr(bits) == keys[start].checked_shr(bits);
             (keys.iter().position(|key| same(&key)), keys.iter().filter(same).count())
@@ -194,7 +194,7 @@ mod tests {
                     let (mut start, mut before) = (0, 0);
                     while start < keys.len() {
                         let (count, after) = branch_at(&keys, start, before, most);
-                        assert_eq!(count, by_looking(&keys, start, most), "{keys:?}, {start}, {most}");
+                        assert_eq!(count, brute_force(&keys, start, most), "{keys:?}, {start}, {most}");
                         (start, before) = (start + count, after);
                     }
                 }
