@@ -12,7 +12,7 @@ pub(crate) const MOTIONS: [(Motion, &str); 4] = [
     (Motion::Static, "static"),
     (Motion::Rigid, "rigid"),
     (Motion::Deforming, "deforming"),
-    (Motion::Rebuilt, "rebuilt"),
+    (Motion::Dynamic, "dynamic"),
 ];
 
 /// What it is called.

@@ -283,7 +283,7 @@ fn every_motion_builds_with_the_quality_that_its_table_says() {
         (Motion::Static, Quality::Balanced),
         (Motion::Rigid, Quality::Fast),
         (Motion::Deforming, Quality::Fast),
-        (Motion::Rebuilt, Quality::Fastest),
+        (Motion::Dynamic, Quality::Fastest),
     ];
     for (motion, quality) in table {
         let mut scene = Scene::new();

@@ -26,7 +26,7 @@ fn scene(threads: Threads) -> Scene {
     let mut random = Random::new(7);
     let mut scene = Scene::with_threads(threads);
     let root = scene.root();
-    for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt] {
+    for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic] {
         let mesh = scene.add_mesh(random.soup(20_000, 9.0, 0.3), motion).unwrap();
         for _ in 0..200 {
             scene.add_instance(root, mesh, random.placement(50.0)).unwrap();

@@ -6,7 +6,7 @@ use common::{grid, sphere};
 use kinetree::build::{BuildOptions, Quality};
 use kinetree::{Action, Affine, Mesh, MeshBvh, MeshId, Motion, Pose, Precision, Ray, Reason, Scene, Skin, Snapshot};
 
-const MOTIONS: [Motion; 4] = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt];
+const MOTIONS: [Motion; 4] = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic];
 
 fn shown(scene: &mut Scene, mesh: &Mesh, motion: Motion) -> MeshId {
     let id = scene.add_mesh(mesh.clone(), motion).unwrap();

@@ -329,7 +329,7 @@ fn a_skinned_mesh_that_was_scaled_to_nothing_is_good_once_it_is_back() {
 
 #[test]
 fn a_rebuild_is_made_when_it_is_asked_for() {
-    for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt] {
+    for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic] {
         let mut scene = Scene::new();
         let mesh = scene.add_mesh(sphere(10, 12), motion).unwrap();
         scene.rebuild(mesh).unwrap();

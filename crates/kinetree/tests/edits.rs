@@ -213,7 +213,7 @@ fn filters_are_not_asked_about_opaque_instances() {
 #[test]
 fn commit_keeps_refits_or_rebuilds_and_says_why() {
     let mut scene = Scene::new();
-    let meshes = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt].map(|motion| {
+    let meshes = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic].map(|motion| {
         let mesh = scene.add_mesh(sphere(20, 30), motion).unwrap();
         scene.add_instance(scene.root(), mesh, Affine::IDENTITY).unwrap();
         mesh

@@ -52,7 +52,7 @@ fn rebuild_small_trees() {
     let commits: usize = std::env::var(COMMITS).map_or(3, |commits| commits.parse().unwrap());
     let mut scene = Scene::with_threads(Threads::one());
     let shard = cube();
-    let meshes: Vec<MeshId> = (0..MESHES).map(|_| scene.add_mesh(shard.clone(), Motion::Rebuilt).unwrap()).collect();
+    let meshes: Vec<MeshId> = (0..MESHES).map(|_| scene.add_mesh(shard.clone(), Motion::Dynamic).unwrap()).collect();
     scene.commit();
     for commit in 0..commits {
         let scale = 1.0 + 0.01 * commit as f32;

@@ -37,7 +37,7 @@ fn stage() -> Stage {
         MorphTarget { positions: cloth.positions().iter().map(|p| [0.0, p[0] * p[0], 0.0]).collect(), normals: vec![] };
     let flag = scene.add_mesh(cloth.with_morph_targets(vec![bend]).unwrap(), Motion::Deforming).unwrap();
     scene.add_instance(root, flag, Affine::from_translation([-6.0, 1.0, 0.0])).unwrap();
-    let smoke = scene.add_mesh(Mesh::empty(), Motion::Rebuilt).unwrap();
+    let smoke = scene.add_mesh(Mesh::empty(), Motion::Dynamic).unwrap();
     scene.add_instance(root, smoke, Affine::IDENTITY).unwrap();
     let crates = (0..30)
         .map(|i| {

@@ -31,7 +31,7 @@ fn assert_same_trees(one: &Snapshot, other: &Snapshot) {
 fn a_loaded_tree_is_the_one_that_would_have_been_built() {
     let soup = Random::new(3).soup(900, 2.0, 0.9);
     for quality in QUALITIES {
-        for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt] {
+        for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic] {
             let view_of = |mesh: Mesh| {
                 let mut scene = Scene::new();
                 let mesh = scene.add_mesh(mesh, motion).unwrap();
@@ -58,7 +58,7 @@ fn a_scene_goes_on_from_a_loaded_tree_as_from_a_built_one() {
     let ball = sphere(20, 30);
     let scenes = [false, true].map(|loads| {
         let mut scene = Scene::new();
-        for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt] {
+        for motion in [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic] {
             let mesh = scene.add_mesh(ball.clone().with_quality(Quality::Fast), motion).unwrap();
             scene.add_instance(scene.root(), mesh, Affine::IDENTITY).unwrap();
             if loads {

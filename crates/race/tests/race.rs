@@ -33,7 +33,7 @@ fn frame(world: &mut World, seconds: f64) -> Frame {
 
 /// The triangles of the smoke, which alone is rebuilt.
 fn smoke(frame: &Frame) -> usize {
-    let rebuilt = frame.view.instances().filter(|instance| instance.motion() == Motion::Rebuilt);
+    let rebuilt = frame.view.instances().filter(|instance| instance.motion() == Motion::Dynamic);
     rebuilt.map(|instance| instance.triangles().len()).sum()
 }
 
@@ -98,7 +98,7 @@ fn every_kind_of_motion_is_there_and_the_scenery_is_large() {
         seen.push(instance.mesh_id());
         let kind = instance.motion();
         scenery += if kind == Motion::Static { instance.triangles().len() } else { 0 };
-        kinds[[Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt]
+        kinds[[Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic]
             .iter()
             .position(|&m| m == kind)
             .unwrap_or(0)] += 1;

@@ -53,7 +53,7 @@ fn everything() -> Frame {
             &Shape::square(),
             glowing,
             placed([1.0, 1.0, 2.0], [1.0, 0.0, 0.0], 2.8, [0.0, 2.6, -1.0]),
-            Motion::Rebuilt,
+            Motion::Dynamic,
         )
         .with(
             &Shape::cube(),

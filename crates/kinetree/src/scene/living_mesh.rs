@@ -167,7 +167,7 @@ impl LivingMesh {
         self.data().quality.unwrap_or(match self.motion {
             Motion::Static => Quality::Balanced,
             Motion::Rigid | Motion::Deforming => Quality::Fast,
-            Motion::Rebuilt => Quality::Fastest,
+            Motion::Dynamic => Quality::Fastest,
         })
     }
 

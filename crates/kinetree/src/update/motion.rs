@@ -8,7 +8,7 @@
 /// | `Static` | [`Balanced`], once, by the first commit | a rebuild: it is not meant to move |
 /// | `Rigid` | [`Fast`], once, by the first commit | the placement of its instances |
 /// | `Deforming` | [`Fast`] | a refit; a rebuild when it has drifted too far |
-/// | `Rebuilt` | [`Fastest`] | a rebuild |
+/// | `Dynamic` | [`Fastest`] | a rebuild |
 ///
 /// [`Mesh::with_quality`] overrides the quality of a mesh. No motion builds with [`Best`], which takes
 /// several times as long as [`Balanced`]: such trees are baked, once, before the game runs
@@ -34,5 +34,5 @@ pub enum Motion {
     /// and rebuilt when it has drifted too far.
     Deforming,
     /// Triangles come and go: smoke, shards. Rebuilt whenever it changes, by the fastest builder.
-    Rebuilt,
+    Dynamic,
 }

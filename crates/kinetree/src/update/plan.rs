@@ -140,7 +140,7 @@ fn is_same_pose(one: &RayCost, other: &RayCost) -> bool {
 mod tests {
     use super::*;
 
-    const MOTIONS: [Motion; 4] = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Rebuilt];
+    const MOTIONS: [Motion; 4] = [Motion::Static, Motion::Rigid, Motion::Deforming, Motion::Dynamic];
 
     #[test]
     fn what_bends_is_refitted_and_what_changes_is_rebuilt() {

@@ -19,7 +19,7 @@ impl Glance for Motions {
             Motion::Static => Vec3::new(0.45, 0.45, 0.45),
             Motion::Rigid => Vec3::new(0.08, 0.25, 0.85),
             Motion::Deforming => Vec3::new(0.1, 0.6, 0.12),
-            Motion::Rebuilt => Vec3::new(0.85, 0.12, 0.06),
+            Motion::Dynamic => Vec3::new(0.85, 0.12, 0.06),
         };
         shaded(color, point, ray)
     }
