@@ -26,7 +26,7 @@ fn main() -> Result<(), EditError> {
         }
         let view = scene.commit();
         match view.closest_hit(&middle) {
-            Some(hit) if view.mesh(&hit) == wheel => println!("car at {way:+}: a wheel, {:.2} m away", hit.t),
+            Some(hit) if view.mesh_id(&hit) == wheel => println!("car at {way:+}: a wheel, {:.2} m away", hit.t),
             Some(hit) => println!("car at {way:+}: the body, {:.2} m away", hit.t),
             None => println!("car at {way:+}: nothing"),
         }

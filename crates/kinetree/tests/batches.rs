@@ -107,7 +107,7 @@ fn hidden_instances_stay_hidden() {
     compare("a hidden cube", &view, &rays);
     let mut hits = vec![None; rays.len()];
     view.closest_hits(&rays, &mut hits, Coherence::Coherent);
-    assert!(hits.iter().all(|hit| hit.is_some_and(|hit| view.instance(&hit) == seen)));
+    assert!(hits.iter().all(|hit| hit.is_some_and(|hit| view.instance_id(&hit) == seen)));
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn filters_are_not_asked_about_opaque_instances_in_batches_either() {
         let view = view.at_level(level);
         let mut hits = vec![None; rays.len()];
         view.query().filter(&|_| false).closest_hits(&rays, &mut hits, claim);
-        assert!(hits.iter().all(|hit| hit.is_some_and(|hit| view.instance(&hit) == solid)), "{level:?}, {claim:?}");
+        assert!(hits.iter().all(|hit| hit.is_some_and(|hit| view.instance_id(&hit) == solid)), "{level:?}, {claim:?}");
     }
 }
 

@@ -49,7 +49,7 @@ fn masks_culling_and_filters_agree_with_looking_everywhere() {
             compare(&world.name, query.filter(&holes), ray);
             // The rules once more, by themselves: the slow twin could share a fault.
             let counts = |hit: &Hit| {
-                let instance = world.view.view(hit);
+                let instance = world.view.instance(hit);
                 let culled = match cull {
                     Cull::None => false,
                     Cull::Back => hit.is_back_face(),

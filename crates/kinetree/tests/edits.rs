@@ -191,9 +191,9 @@ fn masks_numbers_and_handles_come_back_with_hits() {
     let view = scene.commit();
     let ray = Ray::new([0.3, 5.0, 0.3], DOWN);
     let top = view.closest_hit(&ray).unwrap();
-    assert_eq!((view.instance(&top), view.user_id(&top), view.mesh(&top)), (high, 9, mesh));
+    assert_eq!((view.instance_id(&top), view.user_id(&top), view.mesh_id(&top)), (high, 9, mesh));
     let below = view.query().mask(0b01).closest_hit(&ray).unwrap();
-    assert_eq!((view.instance(&below), view.user_id(&below)), (low, 7));
+    assert_eq!((view.instance_id(&below), view.user_id(&below)), (low, 7));
     scene.set_mask(node, 0b10).unwrap();
     assert!(!scene.commit().query().mask(0b01).occluded(&ray));
 }
@@ -207,7 +207,7 @@ fn filters_are_not_asked_about_opaque_instances() {
     scene.add_instance(scene.root(), mesh, Affine::from_translation([0.0, 1.0, 0.0])).unwrap();
     let view = scene.commit();
     let hit = view.query().filter(&|_| false).closest_hit(&Ray::new([0.3, 5.0, 0.3], DOWN)).unwrap();
-    assert_eq!(view.instance(&hit), solid);
+    assert_eq!(view.instance_id(&hit), solid);
 }
 
 #[test]

@@ -61,11 +61,11 @@ fn hits_are_resolved_by_their_frame_and_its_clones_and_refused_by_every_other_fr
     let elsewhere = self::scene().0.commit();
     for (what, hit) in hits {
         let id = view.instance_at(hit.instance_index()).id();
-        assert_eq!(view.try_view(&hit).map(|view| view.id()), Ok(id), "{what}");
-        assert_eq!(view.clone().instance(&hit), id, "{what}");
-        assert_eq!(view.at_level(Level::available()[0]).instance(&hit), id, "{what}");
+        assert_eq!(view.try_instance(&hit).map(|view| view.id()), Ok(id), "{what}");
+        assert_eq!(view.clone().instance_id(&hit), id, "{what}");
+        assert_eq!(view.at_level(Level::available()[0]).instance_id(&hit), id, "{what}");
         for foreign in [&later, &elsewhere] {
-            assert_eq!(foreign.try_view(&hit).map(|view| view.id()), Err(ForeignHit), "{what}");
+            assert_eq!(foreign.try_instance(&hit).map(|view| view.id()), Err(ForeignHit), "{what}");
         }
     }
 }
@@ -77,7 +77,7 @@ fn a_frame_in_the_memory_of_an_older_one_is_another_frame() {
     let last = scene.commit();
     assert_eq!(last.report().allocated, 0, "buffers take turns");
     for hit in hits {
-        assert_eq!(last.try_view(&hit).err(), Some(ForeignHit));
+        assert_eq!(last.try_instance(&hit).err(), Some(ForeignHit));
     }
 }
 
@@ -88,9 +88,9 @@ fn whatever_resolves_a_hit_panics_on_a_foreign_one() {
     let view = scene.commit();
     type Resolve = fn(&Snapshot, &Hit);
     let all: [(&str, Resolve); 6] = [
-        ("view", |view, hit| _ = view.view(hit)),
-        ("instance", |view, hit| _ = view.instance(hit)),
-        ("mesh", |view, hit| _ = view.mesh(hit)),
+        ("view", |view, hit| _ = view.instance(hit)),
+        ("instance_id", |view, hit| _ = view.instance_id(hit)),
+        ("mesh_id", |view, hit| _ = view.mesh_id(hit)),
         ("user_id", |view, hit| _ = view.user_id(hit)),
         ("position", |view, hit| _ = view.position(hit)),
         ("normal", |view, hit| _ = view.normal(hit)),

@@ -126,7 +126,7 @@ fn a_ray_that_leaves_does_not_meet_the_triangle_it_left() {
                     misses(&view, &leaving),
                     "seed {seed}, round {round}: {corners:?} {placement:?} {leaving:?}: {:?} {:?}",
                     view.closest_hit(&leaving),
-                    view.view(&hit).object_from_world()
+                    view.instance(&hit).object_from_world()
                 );
                 asked += 1;
                 from_the_ray += usize::from(!misses(&view, &Ray::new(ray.at(hit.t), direction)));
@@ -157,7 +157,7 @@ fn an_origin_is_next_to_its_place_and_on_the_side_of_its_direction() {
         // Roundings of the largest numbers that the way into the object's space is summed from.
         let [x, y, z, moved] =
             [placement.x_axis, placement.y_axis, placement.z_axis, placement.translation].map(|v| largest(wide(v)));
-        let back = view.view(&hit).object_from_world();
+        let back = view.instance(&hit).object_from_world();
         let stretch =
             x.max(y).max(z) * [back.x_axis, back.y_axis, back.z_axis].map(|v| largest(wide(v))).iter().sum::<f64>();
         let numbers = (largest(position) + moved) * stretch.max(1.0) * 4.0;

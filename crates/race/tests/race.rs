@@ -202,7 +202,7 @@ fn the_first_camera_sees_both_cars_and_trees_at_the_start() {
             for (car, &body) in bodies.iter().enumerate() {
                 cars[car] += usize::from(hit.instance_index() == body);
             }
-            trees += usize::from(frame.view.view(&hit).motion() == Motion::Deforming);
+            trees += usize::from(frame.view.instance(&hit).motion() == Motion::Deforming);
         }
     }
     assert!(cars.iter().all(|&pixels| pixels > 150), "{cars:?}");
@@ -221,7 +221,7 @@ fn wheels_stand_on_the_mesh_of_the_road() {
             let ray = Ray::new(hub, [0.0, -1.0, 0.0]).with_range(0.0, 2.0);
             let below = view.query().all_hits(&ray);
             let road =
-                below.iter().find(|hit| view.view(hit).motion() == Motion::Static).expect("a road below the wheel");
+                below.iter().find(|hit| view.instance(hit).motion() == Motion::Static).expect("a road below the wheel");
             let gap = road.t * view.normal(road)[1] - 0.335;
             assert!(gap.abs() < 0.05, "at {}: {gap}", f64::from(step) * 2.0);
         }

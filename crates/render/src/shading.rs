@@ -36,7 +36,7 @@ pub(crate) struct ShadingPoint<'a> {
 impl<'a> ShadingPoint<'a> {
     /// What a ray of unit direction `direction` sees where it hits.
     pub(crate) fn new(frame: &'a Frame, hit: &Hit, direction: Vec3) -> Self {
-        let instance = frame.view.view(hit);
+        let instance = frame.view.instance(hit);
         let triangle = instance.triangles()[hit.primitive as usize].map(|vertex| vertex as usize);
         let corners = triangle.map(|vertex| Vec3::from(instance.positions()[vertex]));
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];

@@ -5,7 +5,7 @@ use crate::traverse::FrameStamp;
 /// A hit, as plain data. The snapshot that gave it tells the rest: which instance, which mesh, where in the world.
 ///
 /// It carries the stamp of its frame: only snapshots of that frame resolve it, others recognise it
-/// as foreign (see [`Snapshot::try_view`](crate::Snapshot::try_view)). Comparing hits, with `==` or
+/// as foreign (see [`Snapshot::try_instance`](crate::Snapshot::try_instance)). Comparing hits, with `==` or
 /// [`Hit::agrees_with`], leaves the stamp out.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]

@@ -94,7 +94,7 @@ impl<'a> Query<'a> {
     /// let ahead = Ray::new([0.0, 0.3, 0.0], [0.0, 0.0, 1.0]);
     /// assert_eq!(view.closest_hit(&ahead).map(|hit| hit.t), Some(1.0)); // the car's own wheel
     /// let hit = view.query().without(car).closest_hit(&ahead).unwrap();
-    /// assert_eq!((hit.t, view.instance(&hit)), (5.0, wall));
+    /// assert_eq!((hit.t, view.instance_id(&hit)), (5.0, wall));
     /// # Ok(())
     /// # }
     /// ```

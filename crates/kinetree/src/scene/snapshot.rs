@@ -94,10 +94,10 @@ impl Snapshot {
     ///
     /// # Panics
     /// When the hit is of another frame: neither of this snapshot nor of a clone of it. See
-    /// [`Snapshot::try_view`].
+    /// [`Snapshot::try_instance`].
     #[track_caller]
-    pub fn view(&self, hit: &Hit) -> InstanceView<'_> {
-        match self.try_view(hit) {
+    pub fn instance(&self, hit: &Hit) -> InstanceView<'_> {
+        match self.try_instance(hit) {
             Ok(view) => view,
             Err(foreign) => panic!("{foreign}"),
         }
@@ -116,45 +116,45 @@ impl Snapshot {
     ///
     /// let before = scene.commit();
     /// let hit = before.closest_hit(&Ray::new([0.2, 0.2, 1.0], [0.0, 0.0, -1.0])).unwrap();
-    /// assert_eq!(before.try_view(&hit).map(|view| view.id()), Ok(flag));
+    /// assert_eq!(before.try_instance(&hit).map(|view| view.id()), Ok(flag));
     ///
     /// let after = scene.commit();
-    /// assert_eq!(after.try_view(&hit).map(|view| view.id()), Err(ForeignHit));
+    /// assert_eq!(after.try_instance(&hit).map(|view| view.id()), Err(ForeignHit));
     /// # Ok(())
     /// # }
     /// ```
     ///
     /// # Errors
     /// The hit is of another frame: neither of this snapshot nor of a clone of it.
-    pub fn try_view(&self, hit: &Hit) -> Result<InstanceView<'_>, ForeignHit> {
+    pub fn try_instance(&self, hit: &Hit) -> Result<InstanceView<'_>, ForeignHit> {
         if hit.stamp() == self.0.world.stamp { Ok(self.instance_at(hit.instance_index())) } else { Err(ForeignHit) }
     }
 
     /// Which instance was hit.
     ///
     /// # Panics
-    /// As [`Snapshot::view`].
+    /// As [`Snapshot::instance`].
     #[track_caller]
-    pub fn instance(&self, hit: &Hit) -> InstanceId {
-        self.view(hit).id()
+    pub fn instance_id(&self, hit: &Hit) -> InstanceId {
+        self.instance(hit).id()
     }
 
     /// Which mesh was hit.
     ///
     /// # Panics
-    /// As [`Snapshot::view`].
+    /// As [`Snapshot::instance`].
     #[track_caller]
-    pub fn mesh(&self, hit: &Hit) -> MeshId {
-        self.view(hit).mesh_id()
+    pub fn mesh_id(&self, hit: &Hit) -> MeshId {
+        self.instance(hit).mesh_id()
     }
 
     /// The caller's own number of what was hit.
     ///
     /// # Panics
-    /// As [`Snapshot::view`].
+    /// As [`Snapshot::instance`].
     #[track_caller]
     pub fn user_id(&self, hit: &Hit) -> u32 {
-        self.view(hit).user_id()
+        self.instance(hit).user_id()
     }
 
     /// Where the triangle was hit, metres, world space: the corners weighted by `u` and `v`, in double precision and rounded
@@ -163,10 +163,10 @@ impl Snapshot {
     /// [`Snapshot::position_along`] is more exact.
     ///
     /// # Panics
-    /// As [`Snapshot::view`]; also when the number of the triangle was changed to one that is not there.
+    /// As [`Snapshot::instance`]; also when the number of the triangle was changed to one that is not there.
     #[track_caller]
     pub fn position(&self, hit: &Hit) -> [f32; 3] {
-        let view = self.view(hit);
+        let view = self.instance(hit);
         let triangle = view.posed.triangles.get(hit.primitive);
         offset::to_world(view.world_from_object(), offset::place(&triangle, hit.u, hit.v)).as_vec3().into()
     }
@@ -179,7 +179,7 @@ impl Snapshot {
     /// As [`Snapshot::position`].
     #[track_caller]
     pub fn position_along(&self, hit: &Hit, ray: &Ray) -> [f32; 3] {
-        let view = self.view(hit);
+        let view = self.instance(hit);
         let triangle = view.posed.triangles.get(hit.primitive);
         offset::along(view.world_from_object(), &triangle, [hit.u, hit.v], ray).as_vec3().into()
     }
@@ -209,7 +209,7 @@ impl Snapshot {
     /// As [`Snapshot::position`].
     #[track_caller]
     pub fn leave(&self, hit: &Hit, direction: [f32; 3]) -> Ray {
-        let view = self.view(hit);
+        let view = self.instance(hit);
         let triangle = view.posed.triangles.get(hit.primitive);
         offset::leave(&view, view.record, (&triangle, view.posed.precision), [hit.u, hit.v], direction)
     }
@@ -221,7 +221,7 @@ impl Snapshot {
     /// As [`Snapshot::position`].
     #[track_caller]
     pub fn normal(&self, hit: &Hit) -> [f32; 3] {
-        let view = self.view(hit);
+        let view = self.instance(hit);
         let normal = glam::Vec3::from(view.posed.triangles.get(hit.primitive).normal());
         // Brought to length one before it is transformed, so that tiny and huge triangles neither vanish nor overflow.
         let world = view.world_from_object().transform_normal(unit(normal).into());
