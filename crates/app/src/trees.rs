@@ -37,11 +37,11 @@ pub(crate) struct TreeFigures {
 
 impl TreeFigures {
     pub(crate) fn of_mesh(mesh: &MeshBvh) -> Self {
-        Self::new(mesh.tree(), mesh.memory(), mesh.validate())
+        Self::new(mesh.tree(), mesh.heap_bytes(), mesh.validate())
     }
 
     pub(crate) fn of_top_level(top: &TopLevelBvh) -> Self {
-        Self::new(top.tree(), top.memory(), top.validate())
+        Self::new(top.tree(), top.heap_bytes(), top.validate())
     }
 
     fn new(tree: &WideBvh, bytes: usize, validated: Result<(), Violation>) -> Self {

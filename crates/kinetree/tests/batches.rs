@@ -132,7 +132,7 @@ fn a_large_incoherent_batch_is_answered_in_its_own_order() {
     // Large enough that the rays are sorted.
     let mut random = Random::new(41);
     let view = common::alone(random.soup(150_000, 10.0, 0.2));
-    assert!(view.instance_at(0).bvh().memory() > 8 << 20);
+    assert!(view.instance_at(0).bvh().heap_bytes() > 8 << 20);
     let mut batch: Vec<Ray> = (0..6000).map(|_| Ray::new(random.point(12.0), random.direction())).collect();
     batch[17] = Ray::new([f32::NAN; 3], [1.0, 0.0, 0.0]);
     batch[4000] = Ray::new([0.0; 3], [0.0; 3]);

@@ -171,7 +171,7 @@ impl Tree for Traced {
     fn facts(&self) -> Facts {
         let trees = || self.view.instances().map(|instance| instance.bvh());
         Facts {
-            bytes: Some(trees().map(|tree| tree.memory()).sum()),
+            bytes: Some(trees().map(|tree| tree.heap_bytes()).sum()),
             peak: None,
             cost: trees().map(|tree| tree.cost(1.0, 1.0)).next(),
             overlap: trees().map(|tree| tree.overlap()).next(),

@@ -82,7 +82,7 @@ impl Triangles {
     }
 
     /// Bytes held; indices are shared between the buffers of a mesh and count once there.
-    pub(crate) fn memory(&self) -> usize {
+    pub(crate) fn heap_bytes(&self) -> usize {
         self.positions.capacity() * size_of::<[f32; 3]>()
     }
 

@@ -29,7 +29,7 @@ const LEAST_VISITS: u64 = 8;
 
 /// Whether the order may pay: there are many rays, much memory, and they see a lot of it. `sampled` traces a ray and counts.
 pub(crate) fn is_worth_while(world: &TwoLevel, rays: &[Ray], sampled: impl Fn(&Ray, &mut Work)) -> bool {
-    let memory = || world.meshes.iter().map(|mesh| mesh.bvh.memory()).sum::<usize>();
+    let memory = || world.meshes.iter().map(|mesh| mesh.bvh.heap_bytes()).sum::<usize>();
     if rays.len() < LEAST_RAYS || memory() <= LEAST_TREE {
         return false;
     }

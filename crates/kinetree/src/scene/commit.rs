@@ -60,7 +60,7 @@ impl Scene {
             meshes,
             top_level,
             left_out,
-            memory: self.memory() + frame.memory(),
+            memory: self.heap_bytes() + frame.heap_bytes(),
             mesh_time,
             total_time: clock.elapsed(),
         };
@@ -68,9 +68,9 @@ impl Scene {
     }
 
     /// Of all meshes.
-    fn memory(&self) -> usize {
+    fn heap_bytes(&self) -> usize {
         let mut counted = HashSet::new();
-        self.meshes.iter().map(|(_, mesh)| mesh.memory(&mut counted)).sum()
+        self.meshes.iter().map(|(_, mesh)| mesh.heap_bytes(&mut counted)).sum()
     }
 
     fn commit_meshes(&mut self) -> Vec<MeshReport> {
@@ -174,10 +174,10 @@ impl Scene {
 }
 
 impl Frame {
-    fn memory(&self) -> usize {
-        self.world.top.memory()
+    fn heap_bytes(&self) -> usize {
+        self.world.top.heap_bytes()
             + self.world.instances.capacity() * size_of::<InstanceRecord>()
-            + self.world.hierarchy.memory()
+            + self.world.hierarchy.heap_bytes()
             + self.world.numbers.capacity() * size_of::<u32>()
             + self.placed.capacity() * size_of::<PlacedInstance>()
             + self.boxes.capacity() * size_of::<Aabb>()

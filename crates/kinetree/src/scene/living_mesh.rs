@@ -154,10 +154,11 @@ impl LivingMesh {
 
     /// Bytes held, those of buffers that wait for their snapshots included. What clones share is
     /// counted once: `counted` remembers.
-    pub(crate) fn memory(&self, counted: &mut HashSet<*const ()>) -> usize {
-        let own = self.ring.memory() + self.normal_ring.memory();
-        let shared = self.shared.iter().map(|posed| (Arc::as_ptr(posed).cast::<()>(), posed.memory()));
-        let shared_normals = self.shared_normals.iter().map(|normals| (Arc::as_ptr(normals).cast(), normals.memory()));
+    pub(crate) fn heap_bytes(&self, counted: &mut HashSet<*const ()>) -> usize {
+        let own = self.ring.heap_bytes() + self.normal_ring.heap_bytes();
+        let shared = self.shared.iter().map(|posed| (Arc::as_ptr(posed).cast::<()>(), posed.heap_bytes()));
+        let shared_normals =
+            self.shared_normals.iter().map(|normals| (Arc::as_ptr(normals).cast(), normals.heap_bytes()));
         let of_refits = self.current().and_then(|current| current.bvh.refit_plan());
         let once = shared.chain(shared_normals).chain(of_refits).filter(|&(place, _)| counted.insert(place));
         own + once.map(|(_, bytes)| bytes).sum::<usize>() + self.room.capacity() * size_of::<[f32; 3]>()
@@ -192,13 +193,13 @@ impl LivingMesh {
 }
 
 impl Buffer for Posed {
-    fn memory(&self) -> usize {
-        self.bvh.memory() + self.triangles.memory()
+    fn heap_bytes(&self) -> usize {
+        self.bvh.heap_bytes() + self.triangles.heap_bytes()
     }
 }
 
 impl Buffer for VertexNormals {
-    fn memory(&self) -> usize {
+    fn heap_bytes(&self) -> usize {
         self.capacity() * size_of::<[f32; 3]>()
     }
 }

@@ -13,7 +13,7 @@ const SPARES: usize = 2;
 /// What can take turns.
 pub(crate) trait Buffer: Default {
     /// Bytes held. The same while it is published.
-    fn memory(&self) -> usize;
+    fn heap_bytes(&self) -> usize;
 }
 
 #[derive(Debug)]
@@ -40,7 +40,7 @@ impl<T: Buffer> Ring<T> {
     pub(crate) fn claim(&mut self) -> (T, bool) {
         match self.free.pop() {
             Some(buffer) => {
-                self.memory -= buffer.memory();
+                self.memory -= buffer.heap_bytes();
                 (buffer, false)
             }
             None => (T::default(), true),
@@ -49,13 +49,13 @@ impl<T: Buffer> Ring<T> {
 
     /// Takes back a buffer that was claimed and is not needed after all.
     pub(crate) fn give_back(&mut self, buffer: T) {
-        self.memory += buffer.memory();
+        self.memory += buffer.heap_bytes();
         self.release(Arc::new(buffer));
     }
 
     /// Makes a buffer current.
     pub(crate) fn publish(&mut self, buffer: T) -> &Arc<T> {
-        self.memory += buffer.memory();
+        self.memory += buffer.heap_bytes();
         if let Some(last) = self.current.take() {
             self.release(last);
         }
@@ -68,12 +68,12 @@ impl<T: Buffer> Ring<T> {
         if self.free.len() < SPARES {
             self.free.push(buffer);
         } else {
-            self.memory -= buffer.memory();
+            self.memory -= buffer.heap_bytes();
         }
     }
 
     /// Bytes held by all buffers, those that wait for their snapshots included.
-    pub(crate) fn memory(&self) -> usize {
+    pub(crate) fn heap_bytes(&self) -> usize {
         self.memory
     }
 }
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     impl Buffer for Vec<u32> {
-        fn memory(&self) -> usize {
+        fn heap_bytes(&self) -> usize {
             self.capacity()
         }
     }
@@ -105,12 +105,12 @@ mod tests {
     fn a_ring_shrinks_when_frames_are_let_go() {
         let mut ring = Ring::<Vec<u32>>::default();
         let held: Vec<_> = (0..20).map(|i| ring.publish(vec![i; 10]).clone()).collect();
-        assert_eq!(ring.memory(), 200);
+        assert_eq!(ring.heap_bytes(), 200);
         for buffer in held {
             ring.release(buffer);
         }
-        assert_eq!(ring.memory(), 10 * (SPARES + 1));
+        assert_eq!(ring.heap_bytes(), 10 * (SPARES + 1));
         ring.claim();
-        assert_eq!(ring.memory(), 10 * SPARES);
+        assert_eq!(ring.heap_bytes(), 10 * SPARES);
     }
 }

@@ -99,7 +99,7 @@ impl Hierarchy {
     }
 
     /// Bytes held.
-    pub(crate) fn memory(&self) -> usize {
+    pub(crate) fn heap_bytes(&self) -> usize {
         (self.nodes.capacity() + self.instances.capacity()) * size_of::<Entry>()
     }
 }

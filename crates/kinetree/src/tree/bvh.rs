@@ -105,7 +105,7 @@ impl Bvh {
     }
 
     /// Bytes held.
-    pub fn memory(&self) -> usize {
+    pub fn heap_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>() + self.primitives.capacity() * size_of::<u32>()
     }
 

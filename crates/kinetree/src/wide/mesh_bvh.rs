@@ -116,20 +116,20 @@ impl MeshBvh {
     }
 
     /// Bytes held, triangles included.
-    pub fn memory(&self) -> usize {
-        self.tree.memory()
+    pub fn heap_bytes(&self) -> usize {
+        self.tree.heap_bytes()
             + self.blocks.capacity() * size_of::<TriangleBlock>()
             + self.chunks.capacity() * size_of::<Swept>()
     }
 
     /// Bytes held for refits, once for all trees that were refitted from each other.
     pub fn refit_memory(&self) -> usize {
-        self.plan.get().map_or(0, |plan| plan.memory())
+        self.plan.get().map_or(0, |plan| plan.heap_bytes())
     }
 
     /// Where what is held for refits stands, and how many bytes it has, if there has been a refit.
     pub(crate) fn refit_plan(&self) -> Option<(*const (), usize)> {
-        self.plan.get().map(|plan| (Arc::as_ptr(plan).cast(), plan.memory()))
+        self.plan.get().map(|plan| (Arc::as_ptr(plan).cast(), plan.heap_bytes()))
     }
 
     /// The expected cost of a ray that hits the root, in visits of nodes and tests of blocks.

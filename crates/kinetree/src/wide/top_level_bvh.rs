@@ -110,8 +110,8 @@ impl TopLevelBvh {
     }
 
     /// Bytes held.
-    pub fn memory(&self) -> usize {
-        self.tree.memory() + self.instances.capacity() * size_of::<u32>()
+    pub fn heap_bytes(&self) -> usize {
+        self.tree.heap_bytes() + self.instances.capacity() * size_of::<u32>()
     }
 
     /// The expected cost of a ray that hits the root, in visits of nodes and entries of instances.

@@ -74,7 +74,7 @@ impl WideBvh {
     }
 
     /// Bytes held.
-    pub fn memory(&self) -> usize {
+    pub fn heap_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<WideNode>()
     }
 

@@ -56,7 +56,7 @@ impl Plan {
     }
 
     /// Bytes held.
-    pub(in super::super) fn memory(&self) -> usize {
+    pub(in super::super) fn heap_bytes(&self) -> usize {
         self.corners.capacity() * size_of::<Corners>()
             + self.chunks.capacity() * size_of::<Chunk>()
             + self.above.capacity() * size_of::<u32>()
