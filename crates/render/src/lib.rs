@@ -30,7 +30,7 @@
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
 //! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
 //! | rays through a frame | `scene_context`, `tracer` |
-//! | what happens at a place | `shading_attributes`, `shading`, `scatter`, `thin_glass` |
+//! | what happens at a place | `shading_attributes`, `interaction`, `scatter`, `thin_glass` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
@@ -41,6 +41,7 @@ mod shading_attributes;
 mod film;
 mod framing;
 mod integrate;
+mod interaction;
 mod light;
 mod lighting;
 mod lights;
@@ -50,7 +51,6 @@ mod thin_glass;
 mod render;
 mod sampler;
 mod scatter;
-mod shading;
 mod scene_context;
 mod texture;
 mod tonemap;

@@ -14,9 +14,9 @@ use kinetree::Ray;
 
 use crate::camera::Lens;
 use crate::color::luminance;
+use crate::interaction::SurfaceInteraction;
 use crate::lights::LightTable;
 use crate::sampler::unit_hash;
-use crate::shading::ShadingPoint;
 use crate::tonemap::{automatic_exposure, exposure_of};
 use crate::warp::{Basis, cosine_hemisphere};
 use crate::{Camera, Film, Frame, framing};
@@ -49,7 +49,7 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
         let at = [0, 1].map(|axis| (pixel[axis] as f32 + 0.5) / [film.width(), film.height()][axis] as f32);
         let ray = lens.ray(at);
         let Some(hit) = frame.view.closest_hit(&ray).filter(|hit| hit.t <= reach) else { continue };
-        let point = ShadingPoint::new(frame, &hit, ray.direction.into());
+        let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
         seen.push(film.pixel(pixel));
         arriving += daylight_at(frame, &lights, &point, index);
     }
@@ -72,7 +72,7 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
 
 /// Luminance of the irradiance that comes from suns and sky without a bounce: one direction of the hemisphere for the sky, by the
 /// cosine, and the middle of each sun.
-fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &ShadingPoint<'_>, seed: u32) -> f32 {
+fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteraction<'_>, seed: u32) -> f32 {
     let is_open = |direction: Vec3| {
         let ray = Ray::new(point.origin(direction).into(), direction.into());
         point.facing.dot(direction) > 0.0 && !frame.view.occluded(&ray)

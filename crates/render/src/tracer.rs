@@ -3,7 +3,7 @@
 use glam::Vec3;
 use kinetree::{Candidate, Hit, Ray, Work};
 
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{SceneContext, alike, scatter};
 
 /// Traces rays through a frame, and counts them. Each thread has its own.
@@ -93,9 +93,9 @@ impl<'a> Tracer<'a> {
     }
 
     /// The place that a ray of unit direction sees first, ready to be shaded.
-    pub(crate) fn see(&mut self, ray: &Ray) -> Option<ShadingPoint<'a>> {
+    pub(crate) fn see(&mut self, ray: &Ray) -> Option<SurfaceInteraction<'a>> {
         let hit = self.closest_hit(ray)?;
-        Some(ShadingPoint::new(self.context.frame, &hit, ray.direction.into()))
+        Some(SurfaceInteraction::new(self.context.frame, &hit, ray.direction.into()))
     }
 
     /// The transmittance of a shadow ray of unit direction: one, zero, or the product of what the
@@ -136,7 +136,7 @@ impl<'a> Tracer<'a> {
         let mut transmittance = Vec3::ONE;
         for count in 1..=MAX_THIN_GLASS {
             let Some(glass) = hit else { return transmittance };
-            let point = ShadingPoint::new(self.context.frame, &glass, direction);
+            let point = SurfaceInteraction::new(self.context.frame, &glass, direction);
             let Some(transmitted) = scatter::straight_transmittance(&point, -direction) else { return Vec3::ZERO };
             transmittance *= transmitted;
             if count < MAX_THIN_GLASS {

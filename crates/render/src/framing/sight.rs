@@ -4,8 +4,8 @@ use glam::Vec3;
 use kinetree::Ray;
 
 use crate::camera::Lens;
+use crate::interaction::SurfaceInteraction;
 use crate::sampler::combine;
-use crate::shading::ShadingPoint;
 use crate::{Camera, Frame};
 
 /// Rays across and down.
@@ -50,7 +50,7 @@ impl Sight {
                 let at = [(column as f32 + 0.5) / GRID[0] as f32, (row as f32 + 0.5) / GRID[1] as f32];
                 let ray = lens.ray(at);
                 if let Some(hit) = frame.view.closest_hit(&ray) {
-                    let point = ShadingPoint::new(frame, &hit, ray.direction.into());
+                    let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
                     let in_middle = (at[0] - 0.5).abs() < 0.25 && (at[1] - 0.5).abs() < 0.25;
                     sight.note(&point, hit.t / scale, in_middle);
                 } else {
@@ -61,7 +61,7 @@ impl Sight {
         sight
     }
 
-    fn note(&mut self, point: &ShadingPoint<'_>, distance: f32, in_middle: bool) {
+    fn note(&mut self, point: &SurfaceInteraction<'_>, distance: f32, in_middle: bool) {
         self.positions.push(point.position);
         self.back += f32::from(u8::from(!point.front));
         self.far += f32::from(u8::from(distance > FAR));

@@ -9,7 +9,7 @@ use kinetree::Ray;
 
 use super::Integrator;
 use super::glance::first_hits;
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::warp::{Basis, cosine_hemisphere};
 use crate::{Sampler, Tracer};
 
@@ -20,7 +20,7 @@ pub struct Ambient;
 impl Ambient {
     /// A ray from a place that another ray has seen: the place is open if this one meets nothing. `None` where it leads below
     /// the true surface: there everything is blocked.
-    fn feeler(point: &ShadingPoint<'_>, seen_by: &Ray, sampler: &mut Sampler) -> Option<Ray> {
+    fn feeler(point: &SurfaceInteraction<'_>, seen_by: &Ray, sampler: &mut Sampler) -> Option<Ray> {
         sampler.begin_bounce(0);
         let direction = Basis::around(point.normal).to_world(cosine_hemisphere(sampler.next_2d().into())).normalize();
         let reach = 0.5 * point.position.distance(Vec3::from(seen_by.origin));
@@ -44,7 +44,7 @@ impl Integrator for Ambient {
         for (at, hit) in first_hits(tracer, rays, samplers).into_iter().enumerate() {
             colors[at] = if hit.is_some() { BLOCKED } else { OPEN };
             let Some(hit) = hit else { continue };
-            let point = ShadingPoint::new(context.frame(), &hit, rays[at].direction.into());
+            let point = SurfaceInteraction::new(context.frame(), &hit, rays[at].direction.into());
             if let Some(feeler) = Self::feeler(&point, &rays[at], &mut samplers[at]) {
                 places.push(at);
                 feelers.push(feeler);

@@ -2,13 +2,13 @@
 
 use kinetree::{Hit, Ray};
 
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
 /// A picture of what rays from the camera see first.
 pub(super) trait Glance {
     /// The colour of a place, or of none, that a ray sees.
-    fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3];
+    fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3];
 }
 
 /// What one ray sees.
@@ -27,7 +27,7 @@ pub(super) fn each(
 ) {
     let context = tracer.context();
     for ((color, ray), hit) in colors.iter_mut().zip(rays).zip(first_hits(tracer, rays, samplers)) {
-        let point = hit.map(|hit| ShadingPoint::new(context.frame(), &hit, ray.direction.into()));
+        let point = hit.map(|hit| SurfaceInteraction::new(context.frame(), &hit, ray.direction.into()));
         *color = glance.color(context, ray, point.as_ref());
     }
 }

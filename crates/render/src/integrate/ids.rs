@@ -5,8 +5,8 @@ use kinetree::Ray;
 use super::glance::{self, Glance};
 use super::{Integrator, NOTHING, shaded};
 use crate::color::from_hue;
+use crate::interaction::SurfaceInteraction;
 use crate::sampler::{combine, unit_hash};
-use crate::shading::ShadingPoint;
 use crate::{Sampler, SceneContext, Tracer};
 
 /// Instances and triangles as colours.
@@ -14,7 +14,7 @@ use crate::{Sampler, SceneContext, Tracer};
 pub struct Ids;
 
 impl Glance for Ids {
-    fn color(&self, _: &SceneContext<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+    fn color(&self, _: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         let Some(point) = point else { return NOTHING };
         let shade = unit_hash(combine(point.instance, point.primitive));
         let color = from_hue(unit_hash(point.instance), 0.5 + 0.3 * shade, 0.45 + 0.5 * shade);

@@ -18,7 +18,7 @@ use std::str::FromStr;
 use glam::Vec3;
 use kinetree::Ray;
 
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Settings, Tracer};
 
 pub use ambient::Ambient;
@@ -128,7 +128,7 @@ impl FromStr for IntegratorKind {
 const NOTHING: [f32; 3] = [0.02, 0.02, 0.025];
 
 /// A little shape for pictures that show no light: bright where the surface faces the viewer.
-fn shaded(color: Vec3, point: &ShadingPoint<'_>, ray: &Ray) -> [f32; 3] {
+fn shaded(color: Vec3, point: &SurfaceInteraction<'_>, ray: &Ray) -> [f32; 3] {
     let facing = point.normal.dot(Vec3::from(ray.direction)).abs();
     (color * (0.35 + 0.65 * facing)).into()
 }

@@ -5,7 +5,7 @@ use kinetree::{Motion, Ray};
 
 use super::glance::{self, Glance};
 use super::{Integrator, NOTHING, shaded};
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
 /// The motion of meshes as colours: grey is static, blue rigid, green deforming, red rebuilt.
@@ -13,7 +13,7 @@ use crate::{Sampler, SceneContext, Tracer};
 pub struct Motions;
 
 impl Glance for Motions {
-    fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+    fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         let Some(point) = point else { return NOTHING };
         let color = match context.frame().view.instance_at(point.instance).motion() {
             Motion::Static => Vec3::new(0.45, 0.45, 0.45),

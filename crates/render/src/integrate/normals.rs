@@ -5,7 +5,7 @@ use kinetree::Ray;
 
 use super::glance::{self, Glance};
 use super::{Integrator, NOTHING};
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
 /// Shading normals in world space as colours, on the side of the viewer.
@@ -13,7 +13,7 @@ use crate::{Sampler, SceneContext, Tracer};
 pub struct Normals;
 
 impl Glance for Normals {
-    fn color(&self, _: &SceneContext<'_>, _: &Ray, point: Option<&ShadingPoint<'_>>) -> [f32; 3] {
+    fn color(&self, _: &SceneContext<'_>, _: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         point.map_or(NOTHING, |point| (point.normal * 0.5 + Vec3::splat(0.5)).into())
     }
 }

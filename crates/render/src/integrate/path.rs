@@ -11,9 +11,9 @@ use glam::Vec3;
 use kinetree::Ray;
 
 use super::{Integrator, wave};
+use crate::interaction::SurfaceInteraction;
 use crate::lights::LightSample;
 use crate::scatter::{Bounce, Kind};
-use crate::shading::ShadingPoint;
 use crate::{Sampler, SceneContext, Tracer, scatter};
 
 /// Unbiased light transport, up to the number of bounces.
@@ -98,7 +98,7 @@ impl Path {
         &self,
         context: &SceneContext<'_>,
         walk: &mut Walk,
-        (ray, point): (&Ray, Option<&ShadingPoint<'_>>),
+        (ray, point): (&Ray, Option<&SurfaceInteraction<'_>>),
         sampler: &mut Sampler,
         bounce: u32,
     ) -> (Questions, Option<Ray>) {
@@ -156,7 +156,7 @@ impl Walk {
     }
 
     /// What is to be asked about a sampled light; `None` when it would not be seen anyway.
-    fn ask(&self, point: &ShadingPoint<'_>, light: Option<LightSample>) -> Option<Question> {
+    fn ask(&self, point: &SurfaceInteraction<'_>, light: Option<LightSample>) -> Option<Question> {
         let light = light?;
         let (scattered, density) = scatter::evaluate(point, light.direction);
         if scattered == Vec3::ZERO {
@@ -182,7 +182,7 @@ impl Walk {
     }
 
     /// Goes on in a direction.
-    fn follow(&mut self, point: &ShadingPoint<'_>, next: &Bounce) {
+    fn follow(&mut self, point: &SurfaceInteraction<'_>, next: &Bounce) {
         self.throughput *= next.weight;
         match next.kind {
             Kind::Spread { density } => {

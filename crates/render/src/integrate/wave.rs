@@ -11,7 +11,7 @@ use kinetree::Ray;
 
 use super::Path;
 use super::path::{Question, Walk};
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Tracer};
 
 /// The light that comes along each ray from the camera.
@@ -32,7 +32,7 @@ pub(super) fn radiances(
         hits.resize(front.rays.len(), None);
         tracer.closest_hits(&front.rays, &|ray| samplers[front.paths[ray]].salt(), &mut hits);
         for ((&number, ray), hit) in front.paths.iter().zip(&front.rays).zip(&hits) {
-            let point = hit.as_ref().map(|hit| ShadingPoint::new(context.frame(), hit, ray.direction.into()));
+            let point = hit.as_ref().map(|hit| SurfaceInteraction::new(context.frame(), hit, ray.direction.into()));
             let (walk, sampler) = (&mut walks[number], &mut samplers[number]);
             let (questions, ahead) = path.arrive(context, walk, (ray, point.as_ref()), sampler, bounce);
             for (group, question) in groups.iter_mut().zip(questions) {

@@ -7,7 +7,7 @@ use kinetree::{InstanceView, Ray};
 
 use super::LightSample;
 use crate::color::luminance;
-use crate::shading::geometric_normal;
+use crate::interaction::geometric_normal;
 use crate::shading_attributes::ShadingAttributes;
 use crate::warp;
 use crate::{Frame, Surface};

@@ -19,8 +19,8 @@ use std::ops::Range;
 use glam::Vec3;
 
 use crate::color::luminance;
+use crate::interaction::SurfaceInteraction;
 use crate::sampler::unit;
-use crate::shading::ShadingPoint;
 use crate::{Frame, Sampler};
 use alias::AliasTable;
 use emitters::Emitter;
@@ -118,7 +118,7 @@ impl<'a> LightTable<'a> {
     }
 
     /// Asks one of the triangles.
-    pub(crate) fn sample_near(&self, point: &ShadingPoint<'_>, sampler: &mut Sampler) -> Option<LightSample> {
+    pub(crate) fn sample_near(&self, point: &SurfaceInteraction<'_>, sampler: &mut Sampler) -> Option<LightSample> {
         if self.near.is_empty() {
             return None;
         }
@@ -128,7 +128,7 @@ impl<'a> LightTable<'a> {
     }
 
     /// Asks one of the points and spots.
-    pub(crate) fn sample_punctual(&self, point: &ShadingPoint<'_>, sampler: &mut Sampler) -> Option<LightSample> {
+    pub(crate) fn sample_punctual(&self, point: &SurfaceInteraction<'_>, sampler: &mut Sampler) -> Option<LightSample> {
         if self.punctual.is_empty() {
             return None;
         }

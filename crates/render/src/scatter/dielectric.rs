@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use super::{Bounce, Kind, fresnel, mirror_normal, mirrored};
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 
 /// Reflects with the probability that Fresnel gives, and refracts otherwise. Radiance is compressed into a narrower cone
 /// when it enters the denser side, hence the square of eta (Veach 1997, section 5.2).
-pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
+pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
     let eta = if point.front { ior } else { 1.0 / ior };
     let normal = mirror_normal(point, toward_viewer);
     if u < fresnel::boundary(normal.dot(toward_viewer), eta) {

@@ -8,11 +8,11 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::{Bounce, Kind};
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::warp::{Basis, cosine_hemisphere};
 
 /// Scattering function times cosine, and density.
-pub(super) fn evaluate(point: &ShadingPoint<'_>, direction: Vec3) -> (Vec3, f32) {
+pub(super) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3, f32) {
     let cosine = point.normal.dot(direction);
     if cosine <= 0.0 || point.facing.dot(direction) <= 0.0 {
         return (Vec3::ZERO, 0.0);
@@ -21,7 +21,7 @@ pub(super) fn evaluate(point: &ShadingPoint<'_>, direction: Vec3) -> (Vec3, f32)
 }
 
 /// A direction by the cosine about the shading normal; `None` when it lies below the surface.
-pub(super) fn sample(point: &ShadingPoint<'_>, u: [f32; 2]) -> Option<Bounce> {
+pub(super) fn sample(point: &SurfaceInteraction<'_>, u: [f32; 2]) -> Option<Bounce> {
     let local = cosine_hemisphere(Vec2::from(u));
     let direction = Basis::around(point.normal).to_world(local).normalize();
     let (_, density) = evaluate(point, direction);

@@ -9,7 +9,7 @@ mod sheet;
 
 use glam::Vec3;
 
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Scatter};
 
 pub(crate) use sheet::straight_transmittance;
@@ -45,13 +45,13 @@ pub(crate) enum Kind {
 }
 
 /// Whether light from any given direction is scattered to the viewer, so that asking lights makes sense.
-pub(crate) fn is_spread(point: &ShadingPoint<'_>) -> bool {
+pub(crate) fn is_spread(point: &SurfaceInteraction<'_>) -> bool {
     matches!(point.material.scatter, Scatter::Diffuse)
 }
 
 /// Scattering function times cosine, and the density of [`sample`], for light that comes from `direction` (unit, from the
 /// surface). Zero for surfaces that do not spread.
-pub(crate) fn evaluate(point: &ShadingPoint<'_>, direction: Vec3) -> (Vec3, f32) {
+pub(crate) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3, f32) {
     match point.material.scatter {
         Scatter::Diffuse => diffuse::evaluate(point, direction),
         Scatter::Dielectric { .. } | Scatter::ThinDielectric { .. } => (Vec3::ZERO, 0.0),
@@ -59,7 +59,7 @@ pub(crate) fn evaluate(point: &ShadingPoint<'_>, direction: Vec3) -> (Vec3, f32)
 }
 
 /// Where a path from the viewer goes on; `None` where it ends. `toward_viewer` is a unit vector.
-pub(crate) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<Bounce> {
+pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<Bounce> {
     let bounce = match point.material.scatter {
         Scatter::Diffuse => diffuse::sample(point, sampler.next_2d()),
         Scatter::Dielectric { ior } => Some(dielectric::sample(point, toward_viewer, usable(ior), sampler.next_1d())),
@@ -80,7 +80,7 @@ fn mirrored(toward_viewer: Vec3, normal: Vec3) -> Vec3 {
 
 /// The normal that a mirror takes: the shading normal, unless it is turned away from the viewer or would throw the ray
 /// into the surface.
-fn mirror_normal(point: &ShadingPoint<'_>, toward_viewer: Vec3) -> Vec3 {
+fn mirror_normal(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Vec3 {
     let usable = point.normal.dot(toward_viewer) > 0.0 && mirrored(toward_viewer, point.normal).dot(point.facing) > 0.0;
     if usable { point.normal } else { point.facing }
 }

@@ -7,10 +7,10 @@ use glam::Vec3;
 
 use super::{Bounce, Kind, fresnel, mirror_normal, mirrored, usable};
 use crate::Scatter;
-use crate::shading::ShadingPoint;
+use crate::interaction::SurfaceInteraction;
 
 /// Reflects with the probability that Fresnel gives for both boundaries together, and passes otherwise.
-pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
+pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
     let normal = mirror_normal(point, toward_viewer);
     let reflected = fresnel::sheet(normal.dot(toward_viewer), ior);
     if u < reflected {
@@ -21,7 +21,7 @@ pub(super) fn sample(point: &ShadingPoint<'_>, toward_viewer: Vec3, ior: f32, u:
 }
 
 /// The fraction of light that goes straight on through a surface; `None` where none does.
-pub(crate) fn straight_transmittance(point: &ShadingPoint<'_>, toward_viewer: Vec3) -> Option<Vec3> {
+pub(crate) fn straight_transmittance(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Option<Vec3> {
     let Scatter::ThinDielectric { ior } = point.material.scatter else { return None };
     let normal = mirror_normal(point, toward_viewer);
     Some(point.color * (1.0 - fresnel::sheet(normal.dot(toward_viewer), usable(ior))))

@@ -8,7 +8,7 @@ use crate::{Frame, Material};
 
 /// A place on a surface, as seen from somewhere.
 #[derive(Clone, Copy)]
-pub(crate) struct ShadingPoint<'a> {
+pub(crate) struct SurfaceInteraction<'a> {
     /// World space.
     pub(crate) position: Vec3,
     /// Where rays start that leave on the viewer's side.
@@ -33,7 +33,7 @@ pub(crate) struct ShadingPoint<'a> {
     hit: Hit,
 }
 
-impl<'a> ShadingPoint<'a> {
+impl<'a> SurfaceInteraction<'a> {
     /// What a ray of unit direction `direction` sees where it hits.
     pub(crate) fn new(frame: &'a Frame, hit: &Hit, direction: Vec3) -> Self {
         let instance = frame.view.instance(hit);
