@@ -92,8 +92,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The place that a ray of unit direction sees first, ready to be shaded.
-    pub(crate) fn see(&mut self, ray: &Ray) -> Option<SurfaceInteraction<'a>> {
+    /// The closest hit of a ray of unit direction, with all that shading needs.
+    pub(crate) fn intersect(&mut self, ray: &Ray) -> Option<SurfaceInteraction<'a>> {
         let hit = self.closest_hit(ray)?;
         Some(SurfaceInteraction::new(self.context.frame, &hit, ray.direction.into()))
     }

@@ -33,7 +33,7 @@ const BLOCKED: [f32; 3] = [0.0; 3];
 
 impl Integrator for Ambient {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
-        let Some(point) = tracer.see(ray) else { return OPEN };
+        let Some(point) = tracer.intersect(ray) else { return OPEN };
         let feeler = Self::feeler(&point, ray, sampler);
         if feeler.is_some_and(|feeler| !tracer.occluded(&feeler)) { OPEN } else { BLOCKED }
     }

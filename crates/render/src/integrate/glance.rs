@@ -13,7 +13,7 @@ pub(super) trait Glance {
 
 /// What one ray sees.
 pub(super) fn one(glance: &impl Glance, tracer: &mut Tracer<'_>, ray: &Ray) -> [f32; 3] {
-    let point = tracer.see(ray);
+    let point = tracer.intersect(ray);
     glance.color(tracer.context(), ray, point.as_ref())
 }
 

@@ -75,7 +75,7 @@ impl Integrator for Path {
         let context = tracer.context();
         let (mut ray, mut walk) = (*ray, Walk::default());
         for bounce in 0..=self.max_depth {
-            let point = tracer.see(&ray);
+            let point = tracer.intersect(&ray);
             let (questions, next) = self.arrive(context, &mut walk, (&ray, point.as_ref()), sampler, bounce);
             for question in questions.iter().flatten() {
                 walk.take(question, tracer.transmittance(&question.ray));

@@ -24,7 +24,7 @@ impl Integrator for SimplePath {
         for bounce in 0..=self.max_depth {
             sampler.begin_bounce(bounce);
             let direction = Vec3::from(ray.direction);
-            let Some(point) = tracer.see(&ray) else {
+            let Some(point) = tracer.intersect(&ray) else {
                 let seen: Vec3 = lights.seen_far(direction).map(|(radiance, _)| radiance).sum();
                 return (gathered + throughput * seen).into();
             };
