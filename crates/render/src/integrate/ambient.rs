@@ -8,7 +8,7 @@ use glam::Vec3;
 use kinetree::Ray;
 
 use super::Integrator;
-use super::glance::first_hits;
+use super::first_hit::first_hits;
 use crate::interaction::SurfaceInteraction;
 use crate::warp::{Basis, cosine_hemisphere};
 use crate::{Sampler, Tracer};

@@ -2,7 +2,7 @@
 
 use kinetree::Ray;
 
-use super::glance::{self, Glance};
+use super::first_hit::{FirstHitShader, shade, shade_each};
 use super::{Integrator, NOTHING, shaded};
 use crate::color::from_hue;
 use crate::interaction::SurfaceInteraction;
@@ -13,7 +13,7 @@ use crate::{Sampler, SceneContext, Tracer};
 #[derive(Debug, Clone, Copy)]
 pub struct Ids;
 
-impl Glance for Ids {
+impl FirstHitShader for Ids {
     fn color(&self, _: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         let Some(point) = point else { return NOTHING };
         let shade = unit_hash(combine(point.instance, point.primitive));
@@ -24,11 +24,11 @@ impl Glance for Ids {
 
 impl Integrator for Ids {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
-        glance::one(self, tracer, ray)
+        shade(self, tracer, ray)
     }
 
     fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
-        glance::each(self, tracer, rays, samplers, colors);
+        shade_each(self, tracer, rays, samplers, colors);
     }
 
     fn is_display_ready(&self) -> bool {

@@ -3,7 +3,7 @@
 //! `simple_path.rs` is the one to read first; `path.rs` computes the same faster. The others show what is inside.
 
 mod ambient;
-mod glance;
+mod first_hit;
 mod heatmap;
 mod ids;
 mod motion;

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use kinetree::{Motion, Ray};
 
-use super::glance::{self, Glance};
+use super::first_hit::{FirstHitShader, shade, shade_each};
 use super::{Integrator, NOTHING, shaded};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
@@ -12,7 +12,7 @@ use crate::{Sampler, SceneContext, Tracer};
 #[derive(Debug, Clone, Copy)]
 pub struct Motions;
 
-impl Glance for Motions {
+impl FirstHitShader for Motions {
     fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         let Some(point) = point else { return NOTHING };
         let color = match context.frame().view.instance_at(point.instance).motion() {
@@ -27,11 +27,11 @@ impl Glance for Motions {
 
 impl Integrator for Motions {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
-        glance::one(self, tracer, ray)
+        shade(self, tracer, ray)
     }
 
     fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
-        glance::each(self, tracer, rays, samplers, colors);
+        shade_each(self, tracer, rays, samplers, colors);
     }
 
     fn is_display_ready(&self) -> bool {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use kinetree::Ray;
 
-use super::glance::{self, Glance};
+use super::first_hit::{FirstHitShader, shade, shade_each};
 use super::{Integrator, NOTHING};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
@@ -12,7 +12,7 @@ use crate::{Sampler, SceneContext, Tracer};
 #[derive(Debug, Clone, Copy)]
 pub struct Normals;
 
-impl Glance for Normals {
+impl FirstHitShader for Normals {
     fn color(&self, _: &SceneContext<'_>, _: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         point.map_or(NOTHING, |point| (point.normal * 0.5 + Vec3::splat(0.5)).into())
     }
@@ -20,11 +20,11 @@ impl Glance for Normals {
 
 impl Integrator for Normals {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
-        glance::one(self, tracer, ray)
+        shade(self, tracer, ray)
     }
 
     fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
-        glance::each(self, tracer, rays, samplers, colors);
+        shade_each(self, tracer, rays, samplers, colors);
     }
 
     fn is_display_ready(&self) -> bool {

@@ -6,20 +6,20 @@ use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
 /// A picture of what rays from the camera see first.
-pub(super) trait Glance {
+pub(super) trait FirstHitShader {
     /// The colour of a place, or of none, that a ray sees.
     fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3];
 }
 
 /// What one ray sees.
-pub(super) fn one(glance: &impl Glance, tracer: &mut Tracer<'_>, ray: &Ray) -> [f32; 3] {
+pub(super) fn shade(shader: &impl FirstHitShader, tracer: &mut Tracer<'_>, ray: &Ray) -> [f32; 3] {
     let point = tracer.intersect(ray);
-    glance.color(tracer.context(), ray, point.as_ref())
+    shader.color(tracer.context(), ray, point.as_ref())
 }
 
 /// What each of many rays sees.
-pub(super) fn each(
-    glance: &impl Glance,
+pub(super) fn shade_each(
+    shader: &impl FirstHitShader,
     tracer: &mut Tracer<'_>,
     rays: &[Ray],
     samplers: &[Sampler],
@@ -28,7 +28,7 @@ pub(super) fn each(
     let context = tracer.context();
     for ((color, ray), hit) in colors.iter_mut().zip(rays).zip(first_hits(tracer, rays, samplers)) {
         let point = hit.map(|hit| SurfaceInteraction::new(context.frame(), &hit, ray.direction.into()));
-        *color = glance.color(context, ray, point.as_ref());
+        *color = shader.color(context, ray, point.as_ref());
     }
 }
 
