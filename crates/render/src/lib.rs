@@ -28,13 +28,13 @@
 //! | what worlds are made of | `world`, `look`, `texture`, `light`, `camera` |
 //! | for who brings no light and no camera | `lighting`, `framing` |
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
-//! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `alike` |
+//! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `coherent_runs` |
 //! | rays through a frame | `scene_context`, `tracer` |
 //! | what happens at a place | `shading_attributes`, `interaction`, `scatter`, `thin_glass` |
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
-mod alike;
+mod coherent_runs;
 mod camera;
 mod color;
 mod shading_attributes;

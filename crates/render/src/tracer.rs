@@ -4,7 +4,7 @@ use glam::Vec3;
 use kinetree::{Candidate, Hit, Ray, Work};
 
 use crate::interaction::SurfaceInteraction;
-use crate::{SceneContext, alike, scatter};
+use crate::{SceneContext, coherent_runs::coherent_runs, scatter};
 
 /// Traces rays through a frame, and counts them. Each thread has its own.
 pub struct Tracer<'a> {
@@ -73,7 +73,7 @@ impl<'a> Tracer<'a> {
     pub fn closest_hits(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync), hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
         self.rays += rays.len() as u64;
-        for (run, coherence) in alike::runs(rays) {
+        for (run, coherence) in coherent_runs(rays) {
             let filter = |candidate: &Candidate<'_>| self.context.passes_alpha_test_in_run(candidate, run.start, salts);
             self.context.query(&filter).closest_hits(&rays[run.clone()], &mut hits[run.clone()], coherence);
         }
@@ -86,7 +86,7 @@ impl<'a> Tracer<'a> {
     pub fn occluded_each(&mut self, rays: &[Ray], salts: &(dyn Fn(usize) -> u32 + Sync), answers: &mut [bool]) {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
         self.rays += rays.len() as u64;
-        for (run, coherence) in alike::runs(rays) {
+        for (run, coherence) in coherent_runs(rays) {
             let filter = |candidate: &Candidate<'_>| self.context.passes_alpha_test_in_run(candidate, run.start, salts);
             self.context.query(&filter).occluded_each(&rays[run.clone()], &mut answers[run.clone()], coherence);
         }

@@ -12,14 +12,14 @@ use kinetree::{Coherence, Ray};
 const PACKET: usize = 64;
 
 /// Fewer rays than this are no packet.
-const LEAST: usize = 33;
+const MIN_RAYS: usize = 33;
 
 /// How far apart the directions of a packet may lie, along each axis. Packets of wider ones gained nothing, of narrower ones
 /// only left rays over.
-const WIDEST: f32 = 0.3;
+const MAX_SPREAD: f32 = 0.3;
 
 /// The rays, cut into runs that are best traced in one way each. Every run but the last is a multiple of a packet long.
-pub(crate) fn runs(rays: &[Ray]) -> impl Iterator<Item = (Range<usize>, Coherence)> + '_ {
+pub(crate) fn coherent_runs(rays: &[Ray]) -> impl Iterator<Item = (Range<usize>, Coherence)> + '_ {
     let kind = |start: usize| coherence(&rays[start..rays.len().min(start + PACKET)]);
     let mut start = 0;
     std::iter::from_fn(move || {
@@ -33,13 +33,13 @@ pub(crate) fn runs(rays: &[Ray]) -> impl Iterator<Item = (Range<usize>, Coherenc
 }
 
 fn coherence(rays: &[Ray]) -> Coherence {
-    let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for ray in rays {
         let direction = Vec3::from(ray.direction);
-        (least, most) = (least.min(direction), most.max(direction));
+        (min, max) = (min.min(direction), max.max(direction));
     }
-    let are_alike = rays.len() >= LEAST && (most - least).max_element() <= WIDEST;
-    if are_alike { Coherence::Coherent } else { Coherence::Unknown }
+    let is_coherent = rays.len() >= MIN_RAYS && (max - min).max_element() <= MAX_SPREAD;
+    if is_coherent { Coherence::Coherent } else { Coherence::Unknown }
 }
 
 #[cfg(test)]
@@ -52,14 +52,14 @@ mod tests {
         let around = |i: usize| Ray::new([0.0; 3], [(i as f32).sin(), (i as f32).cos(), 0.0]);
         let rays: Vec<Ray> = (0..128).map(ahead).chain((0..70).map(around)).chain((0..140).map(ahead)).collect();
         for count in [0, 1, 32, 33, 64, 128, 129, 200, rays.len()] {
-            let found: Vec<_> = runs(&rays[..count]).collect();
+            let found: Vec<_> = coherent_runs(&rays[..count]).collect();
             assert_eq!(found.iter().map(|(range, _)| range.len()).sum::<usize>(), count);
             assert!(found.windows(2).all(|pair| pair[0].0.end == pair[1].0.start && pair[0].1 != pair[1].1));
             for (range, _) in found.iter().filter(|(_, coherence)| *coherence == Coherence::Coherent) {
-                assert!(range.len() >= LEAST && range.clone().all(|ray| rays[ray].direction[2] > 0.5), "{range:?}");
+                assert!(range.len() >= MIN_RAYS && range.clone().all(|ray| rays[ray].direction[2] > 0.5), "{range:?}");
             }
         }
-        let found: Vec<_> = runs(&rays).map(|(range, _)| range).collect();
+        let found: Vec<_> = coherent_runs(&rays).map(|(range, _)| range).collect();
         assert_eq!(found, [0..128, 128..256, 256..320, 320..338]);
     }
 }
