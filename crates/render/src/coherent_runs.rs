@@ -1,31 +1,33 @@
-//! Which of many rays go nearly alike: those are worth tracing as packets, the others are not.
+//! Divides rays into runs that are coherent, and gain from packet traversal, and runs that are not.
 //!
-//! Rays from the camera do, and rays to the sun from neighbouring places, and what a flat mirror makes of either; rays that a
-//! rough surface has scattered do not. Nobody has to say which is which: directions tell.
+//! Camera rays are coherent, and shadow rays to the sun from neighbouring points, and the mirror
+//! reflections of either; diffusely scattered rays are not. The directions decide, not where the
+//! rays come from.
 
 use std::ops::Range;
 
 use glam::Vec3;
 use kinetree::{Coherence, Ray};
 
-/// As many rays as the library puts into a packet.
+/// Rays in a packet of the library.
 const PACKET: usize = 64;
 
-/// Fewer rays than this are no packet.
+/// Fewer rays than this are not traced as a packet.
 const MIN_RAYS: usize = 33;
 
-/// How far apart the directions of a packet may lie, along each axis. Packets of wider ones gained nothing, of narrower ones
-/// only left rays over.
+/// The largest extent of a packet's unit directions along any axis. Measured: packets of wider ones
+/// gained nothing, and a smaller bound left coherent rays to single traversal.
 const MAX_SPREAD: f32 = 0.3;
 
-/// The rays, cut into runs that are best traced in one way each. Every run but the last is a multiple of a packet long.
+/// Index ranges that cover the rays in order, with the coherence of each. The length of every range
+/// but the last is a multiple of [`PACKET`].
 pub(crate) fn coherent_runs(rays: &[Ray]) -> impl Iterator<Item = (Range<usize>, Coherence)> + '_ {
-    let kind = |start: usize| coherence(&rays[start..rays.len().min(start + PACKET)]);
+    let coherence_at = |start: usize| coherence(&rays[start..rays.len().min(start + PACKET)]);
     let mut start = 0;
     std::iter::from_fn(move || {
         let first = start;
-        let coherence = (first < rays.len()).then(|| kind(first))?;
-        while start < rays.len() && kind(start) == coherence {
+        let coherence = (first < rays.len()).then(|| coherence_at(first))?;
+        while start < rays.len() && coherence_at(start) == coherence {
             start += PACKET;
         }
         Some((first..start.min(rays.len()), coherence))
@@ -47,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_cover_all_rays_in_order_and_packets_are_of_rays_that_go_alike() {
+    fn runs_cover_all_rays_in_order_and_packets_have_nearly_parallel_rays() {
         let ahead = |i: usize| Ray::new([0.0; 3], [i as f32 * 1e-3, 0.0, 1.0]);
         let around = |i: usize| Ray::new([0.0; 3], [(i as f32).sin(), (i as f32).cos(), 0.0]);
         let rays: Vec<Ray> = (0..128).map(ahead).chain((0..70).map(around)).chain((0..140).map(ahead)).collect();

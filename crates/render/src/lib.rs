@@ -34,8 +34,8 @@
 //! | where light comes from | `lights` |
 //! | numbers | `sampler`, `warp`, `color` |
 
-mod coherent_runs;
 mod camera;
+mod coherent_runs;
 mod color;
 mod shading_attributes;
 mod film;

@@ -3,8 +3,9 @@
 use glam::Vec3;
 use kinetree::{Candidate, Hit, Ray, Work};
 
+use crate::coherent_runs::coherent_runs;
 use crate::interaction::SurfaceInteraction;
-use crate::{SceneContext, coherent_runs::coherent_runs, scatter};
+use crate::{SceneContext, scatter};
 
 /// Traces rays through a frame, and counts them. Each thread has its own.
 pub struct Tracer<'a> {

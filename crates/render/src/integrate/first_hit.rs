@@ -1,23 +1,24 @@
-//! Pictures of what is seen at first sight: one ray for each sample, so that all of them go in packets.
+//! Integrators that need only the first hit of each camera ray, so that all rays are traced in
+//! packets.
 
 use kinetree::{Hit, Ray};
 
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
-/// A picture of what rays from the camera see first.
+/// Computes the colour of a sample from the first hit of its camera ray.
 pub(super) trait FirstHitShader {
-    /// The colour of a place, or of none, that a ray sees.
+    /// The colour at the first hit of a ray; `point` is `None` when it hits nothing.
     fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3];
 }
 
-/// What one ray sees.
+/// Traces one ray, and shades its first hit.
 pub(super) fn shade(shader: &impl FirstHitShader, tracer: &mut Tracer<'_>, ray: &Ray) -> [f32; 3] {
     let point = tracer.intersect(ray);
     shader.color(tracer.context(), ray, point.as_ref())
 }
 
-/// What each of many rays sees.
+/// Traces many rays, and shades the first hit of each.
 pub(super) fn shade_each(
     shader: &impl FirstHitShader,
     tracer: &mut Tracer<'_>,
@@ -32,7 +33,7 @@ pub(super) fn shade_each(
     }
 }
 
-/// What rays from the camera hit first.
+/// The first hit of each ray, with the salt of its sampler.
 pub(super) fn first_hits(tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &[Sampler]) -> Vec<Option<Hit>> {
     let mut hits = vec![None; rays.len()];
     tracer.closest_hits(rays, &|ray| samplers[ray].salt(), &mut hits);
