@@ -12,11 +12,11 @@ pub(crate) struct SurfaceInteraction<'a> {
     /// World space.
     pub(crate) position: Vec3,
     /// Where rays start that leave on the viewer's side.
-    above: Vec3,
+    offset_origin: Vec3,
     /// Unit geometric normal, on the side of the viewer.
-    pub(crate) facing: Vec3,
+    pub(crate) geometric_normal: Vec3,
     /// Unit normal for shading, on the side of the viewer.
-    pub(crate) normal: Vec3,
+    pub(crate) shading_normal: Vec3,
     /// Whether the viewer sees the side from which the winding is counter-clockwise.
     pub(crate) front: bool,
     /// What the surface is made of.
@@ -40,18 +40,18 @@ impl<'a> SurfaceInteraction<'a> {
         let triangle = instance.triangles()[hit.primitive as usize].map(|vertex| vertex as usize);
         let corners = triangle.map(|vertex| Vec3::from(instance.positions()[vertex]));
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let geometric = geometric_normal(&instance, corners).unwrap_or(-direction);
-        let front = geometric.dot(direction) <= 0.0;
-        let facing = if front { geometric } else { -geometric };
-        let normal = shading_normal(&instance, triangle, weights, facing);
+        let winding_normal = geometric_normal(&instance, corners).unwrap_or(-direction);
+        let front = winding_normal.dot(direction) <= 0.0;
+        let geometric_normal = if front { winding_normal } else { -winding_normal };
+        let shading_normal = shading_normal(&instance, triangle, weights, geometric_normal);
 
         let attributes = ShadingAttributes::at(&frame.material_set, &instance, hit.primitive, [hit.u, hit.v]);
         let emits = front || attributes.material.two_sided;
         Self {
             position: frame.view.position(hit).into(),
-            above: frame.view.leave(hit, facing.into()).origin.into(),
-            facing,
-            normal,
+            offset_origin: frame.view.leave(hit, geometric_normal.into()).origin.into(),
+            geometric_normal,
+            shading_normal,
             front,
             material: attributes.material,
             color: attributes.base_color(),
@@ -70,10 +70,10 @@ impl<'a> SurfaceInteraction<'a> {
 
     /// Where a ray in a direction starts: just off the surface, on the side that the direction points to.
     pub(crate) fn origin(&self, direction: Vec3) -> Vec3 {
-        if self.facing.dot(direction) < 0.0 {
-            self.frame.view.leave(&self.hit, (-self.facing).into()).origin.into()
+        if self.geometric_normal.dot(direction) < 0.0 {
+            self.frame.view.leave(&self.hit, (-self.geometric_normal).into()).origin.into()
         } else {
-            self.above
+            self.offset_origin
         }
     }
 }
@@ -99,17 +99,22 @@ pub(crate) fn geometric_normal(instance: &InstanceView<'_>, [a, b, c]: [Vec3; 3]
 }
 
 /// The least cosine between the normals for shading and of the geometry: beyond, the mesh's normals are of no use.
-const LEAST_AGREEMENT: f32 = 0.01;
+const MIN_COSINE: f32 = 0.01;
 
 /// The mesh's own normals blended, where it has any that make sense, on the side of `facing`.
-fn shading_normal(instance: &InstanceView<'_>, triangle: [usize; 3], weights: [f32; 3], facing: Vec3) -> Vec3 {
-    let Some(normals) = instance.normals() else { return facing };
+fn shading_normal(
+    instance: &InstanceView<'_>,
+    triangle: [usize; 3],
+    weights: [f32; 3],
+    geometric_normal: Vec3,
+) -> Vec3 {
+    let Some(normals) = instance.normals() else { return geometric_normal };
     let local = blend(triangle.map(|vertex| Vec3::from(normals[vertex])), weights);
-    let Some(normal) = placed_normal(instance.world_from_object(), local.as_dvec3()) else { return facing };
-    let agreement = normal.dot(facing);
-    if agreement.abs() < LEAST_AGREEMENT {
-        facing
-    } else if agreement < 0.0 {
+    let Some(normal) = placed_normal(instance.world_from_object(), local.as_dvec3()) else { return geometric_normal };
+    let cosine = normal.dot(geometric_normal);
+    if cosine.abs() < MIN_COSINE {
+        geometric_normal
+    } else if cosine < 0.0 {
         -normal
     } else {
         normal

@@ -75,13 +75,13 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
 fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteraction<'_>, seed: u32) -> f32 {
     let is_open = |direction: Vec3| {
         let ray = Ray::new(point.origin(direction).into(), direction.into());
-        point.facing.dot(direction) > 0.0 && !frame.view.occluded(&ray)
+        point.geometric_normal.dot(direction) > 0.0 && !frame.view.occluded(&ray)
     };
     let u = [unit_hash(2 * seed), unit_hash(2 * seed + 1)];
-    let direction = Basis::around(point.normal).to_world(cosine_hemisphere(u.into())).normalize();
+    let direction = Basis::around(point.shading_normal).to_world(cosine_hemisphere(u.into())).normalize();
     let sky = if is_open(direction) { PI * luminance(lights.sky(direction)) } else { 0.0 };
     let suns = lights.suns().map(|(toward, irradiance)| {
-        let cosine = point.normal.dot(toward);
+        let cosine = point.shading_normal.dot(toward);
         if cosine > 0.0 && is_open(toward) { cosine * luminance(irradiance) } else { 0.0 }
     });
     sky + suns.sum::<f32>()

@@ -69,7 +69,7 @@ impl Sight {
         self.blocked += nearness * if in_middle { 2.0 } else { 1.0 };
         self.triangles.push(combine(point.instance, point.primitive));
         self.instances.push(point.instance);
-        self.facings.push(facing(point.facing));
+        self.facings.push(facing(point.geometric_normal));
         self.depths.push((distance.max(1e-6).log2() * 2.0 + 100.0) as u32);
     }
 

@@ -22,9 +22,10 @@ impl Ambient {
     /// the true surface: there everything is blocked.
     fn feeler(point: &SurfaceInteraction<'_>, seen_by: &Ray, sampler: &mut Sampler) -> Option<Ray> {
         sampler.begin_bounce(0);
-        let direction = Basis::around(point.normal).to_world(cosine_hemisphere(sampler.next_2d().into())).normalize();
+        let direction =
+            Basis::around(point.shading_normal).to_world(cosine_hemisphere(sampler.next_2d().into())).normalize();
         let reach = 0.5 * point.position.distance(Vec3::from(seen_by.origin));
-        (point.facing.dot(direction) > 0.0).then(|| point.ray(direction, reach))
+        (point.geometric_normal.dot(direction) > 0.0).then(|| point.ray(direction, reach))
     }
 }
 

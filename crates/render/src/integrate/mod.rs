@@ -129,7 +129,7 @@ const NOTHING: [f32; 3] = [0.02, 0.02, 0.025];
 
 /// A little shape for pictures that show no light: bright where the surface faces the viewer.
 fn shaded(color: Vec3, point: &SurfaceInteraction<'_>, ray: &Ray) -> [f32; 3] {
-    let facing = point.normal.dot(Vec3::from(ray.direction)).abs();
+    let facing = point.shading_normal.dot(Vec3::from(ray.direction)).abs();
     (color * (0.35 + 0.65 * facing)).into()
 }
 

@@ -14,7 +14,7 @@ pub struct Normals;
 
 impl FirstHitShader for Normals {
     fn color(&self, _: &SceneContext<'_>, _: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
-        point.map_or(NOTHING, |point| (point.normal * 0.5 + Vec3::splat(0.5)).into())
+        point.map_or(NOTHING, |point| (point.shading_normal * 0.5 + Vec3::splat(0.5)).into())
     }
 }
 

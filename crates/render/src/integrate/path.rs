@@ -186,7 +186,7 @@ impl Walk {
         self.throughput *= next.weight;
         match next.kind {
             Kind::Spread { density } => {
-                let position = point.origin(point.facing);
+                let position = point.origin(point.geometric_normal);
                 self.asked = Some(Asked { position, density });
             }
             Kind::Mirrored => self.asked = None,

@@ -33,7 +33,7 @@ impl Integrator for SimplePath {
                 break;
             }
             if scatter::is_spread(&point) {
-                for light in lights.deltas(point.origin(point.facing)) {
+                for light in lights.deltas(point.origin(point.geometric_normal)) {
                     let (scattered, _) = scatter::evaluate(&point, light.direction);
                     if scattered != Vec3::ZERO {
                         let arriving =

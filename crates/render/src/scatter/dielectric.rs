@@ -13,11 +13,15 @@ pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f
     if u < fresnel::boundary(normal.dot(toward_viewer), eta) {
         return Bounce { direction: mirrored(toward_viewer, normal), weight: Vec3::ONE, kind: Kind::Mirrored };
     }
-    let bent = refracted(toward_viewer, normal, eta).filter(|direction| direction.dot(point.facing) < 0.0);
+    let bent = refracted(toward_viewer, normal, eta).filter(|direction| direction.dot(point.geometric_normal) < 0.0);
     // A shading normal may bend the ray back to the viewer's side, where the true normal never does.
-    match bent.or_else(|| refracted(toward_viewer, point.facing, eta)) {
+    match bent.or_else(|| refracted(toward_viewer, point.geometric_normal, eta)) {
         Some(direction) => Bounce { direction, weight: point.color / (eta * eta), kind: Kind::Refracted { eta } },
-        None => Bounce { direction: mirrored(toward_viewer, point.facing), weight: Vec3::ONE, kind: Kind::Mirrored },
+        None => Bounce {
+            direction: mirrored(toward_viewer, point.geometric_normal),
+            weight: Vec3::ONE,
+            kind: Kind::Mirrored,
+        },
     }
 }
 

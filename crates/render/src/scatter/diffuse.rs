@@ -13,8 +13,8 @@ use crate::warp::{Basis, cosine_hemisphere};
 
 /// Scattering function times cosine, and density.
 pub(super) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3, f32) {
-    let cosine = point.normal.dot(direction);
-    if cosine <= 0.0 || point.facing.dot(direction) <= 0.0 {
+    let cosine = point.shading_normal.dot(direction);
+    if cosine <= 0.0 || point.geometric_normal.dot(direction) <= 0.0 {
         return (Vec3::ZERO, 0.0);
     }
     (point.color * (cosine / PI), cosine / PI)
@@ -23,7 +23,7 @@ pub(super) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3
 /// A direction by the cosine about the shading normal; `None` when it lies below the surface.
 pub(super) fn sample(point: &SurfaceInteraction<'_>, u: [f32; 2]) -> Option<Bounce> {
     let local = cosine_hemisphere(Vec2::from(u));
-    let direction = Basis::around(point.normal).to_world(local).normalize();
+    let direction = Basis::around(point.shading_normal).to_world(local).normalize();
     let (_, density) = evaluate(point, direction);
     (density > 0.0).then_some(Bounce { direction, weight: point.color, kind: Kind::Spread { density } })
 }

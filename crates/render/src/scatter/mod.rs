@@ -81,6 +81,7 @@ fn mirrored(toward_viewer: Vec3, normal: Vec3) -> Vec3 {
 /// The normal that a mirror takes: the shading normal, unless it is turned away from the viewer or would throw the ray
 /// into the surface.
 fn mirror_normal(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Vec3 {
-    let usable = point.normal.dot(toward_viewer) > 0.0 && mirrored(toward_viewer, point.normal).dot(point.facing) > 0.0;
-    if usable { point.normal } else { point.facing }
+    let usable = point.shading_normal.dot(toward_viewer) > 0.0
+        && mirrored(toward_viewer, point.shading_normal).dot(point.geometric_normal) > 0.0;
+    if usable { point.shading_normal } else { point.geometric_normal }
 }
