@@ -1,4 +1,6 @@
-//! From a hit to a place that can be shaded: where it is, which way it faces, what it wears.
+//! From a hit to what shading needs: position, normals, material, colours.
+//!
+//! "Viewer" is where the ray came from: the camera, or the previous vertex of a path.
 
 use glam::{DVec3, Vec3};
 use kinetree::{Affine, Hit, InstanceView, Ray};
@@ -6,24 +8,24 @@ use kinetree::{Affine, Hit, InstanceView, Ray};
 use crate::shading_attributes::ShadingAttributes;
 use crate::{Frame, Material};
 
-/// A place on a surface, as seen from somewhere.
+/// A point on a surface that a ray has hit, with all that shading needs.
 #[derive(Clone, Copy)]
 pub(crate) struct SurfaceInteraction<'a> {
     /// World space.
     pub(crate) position: Vec3,
-    /// Where rays start that leave on the viewer's side.
-    offset_origin: Vec3,
-    /// Unit geometric normal, on the side of the viewer.
+    /// The origin of rays that leave on the viewer's side, world space.
+    viewer_side_origin: Vec3,
+    /// Unit normal of the triangle, on the side of the viewer, world space.
     pub(crate) geometric_normal: Vec3,
-    /// Unit normal for shading, on the side of the viewer.
+    /// Unit interpolated normal, on the side of the viewer, world space.
     pub(crate) shading_normal: Vec3,
     /// Whether the viewer sees the side from which the winding is counter-clockwise.
     pub(crate) front: bool,
-    /// What the surface is made of.
+    /// The material of the triangle.
     pub(crate) material: &'a Material,
     /// Base colour, linear RGB in 0..=1.
     pub(crate) color: Vec3,
-    /// Radiance that the surface itself sends to the viewer.
+    /// Radiance emitted towards the viewer, linear RGB.
     pub(crate) emission: Vec3,
     /// Dense index of the instance within the frame.
     pub(crate) instance: u32,
@@ -34,7 +36,7 @@ pub(crate) struct SurfaceInteraction<'a> {
 }
 
 impl<'a> SurfaceInteraction<'a> {
-    /// What a ray of unit direction `direction` sees where it hits.
+    /// For a hit of a ray of unit direction `direction`.
     pub(crate) fn new(frame: &'a Frame, hit: &Hit, direction: Vec3) -> Self {
         let instance = frame.view.instance(hit);
         let triangle = instance.triangles()[hit.primitive as usize].map(|vertex| vertex as usize);
@@ -49,7 +51,7 @@ impl<'a> SurfaceInteraction<'a> {
         let emits = front || attributes.material.two_sided;
         Self {
             position: frame.view.position(hit).into(),
-            offset_origin: frame.view.leave(hit, geometric_normal.into()).origin.into(),
+            viewer_side_origin: frame.view.leave(hit, geometric_normal.into()).origin.into(),
             geometric_normal,
             shading_normal,
             front,
@@ -63,45 +65,49 @@ impl<'a> SurfaceInteraction<'a> {
         }
     }
 
-    /// The ray in a unit direction, out to a distance.
+    /// A ray that leaves in a unit direction, up to a distance in metres.
     pub(crate) fn ray(&self, direction: Vec3, distance: f32) -> Ray {
-        Ray::new(self.origin(direction).into(), direction.into()).with_range(0.0, distance)
+        Ray::new(self.offset_origin(direction).into(), direction.into()).with_range(0.0, distance)
     }
 
-    /// Where a ray in a direction starts: just off the surface, on the side that the direction points to.
-    pub(crate) fn origin(&self, direction: Vec3) -> Vec3 {
+    /// The origin of a ray that leaves in a direction: off the surface, on the side of the direction,
+    /// so that the ray does not hit the triangle again.
+    pub(crate) fn offset_origin(&self, direction: Vec3) -> Vec3 {
         if self.geometric_normal.dot(direction) < 0.0 {
             self.frame.view.leave(&self.hit, (-self.geometric_normal).into()).origin.into()
         } else {
-            self.offset_origin
+            self.viewer_side_origin
         }
     }
 }
 
-/// A weighted sum of three vectors.
-fn blend(corners: [Vec3; 3], weights: [f32; 3]) -> Vec3 {
+/// The vertex values interpolated by barycentric weights.
+fn interpolate(corners: [Vec3; 3], weights: [f32; 3]) -> Vec3 {
     corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
 }
 
-/// A normal of the object in the world, of length one; `None` when nothing is left of it.
+/// An object-space normal as a unit vector in world space; `None` if it vanishes or is not finite.
 fn placed_normal(world_from_object: &Affine, normal: DVec3) -> Option<Vec3> {
-    // Brought to a moderate size first, so that it neither vanishes nor overflows in single precision.
+    // Normalised first, so that it neither underflows nor overflows in single precision.
     let normal = normal / normal.abs().max_element();
     let world = Vec3::from(world_from_object.transform_normal(normal.as_vec3().into()));
     Some(world.as_dvec3().normalize().as_vec3()).filter(|unit| unit.is_finite())
 }
 
-/// Unit normal in the world, on the side from which the corners run counter-clockwise; `None` for a triangle without area.
-/// In double precision, where the products of `f32` edges neither vanish nor overflow.
+/// Unit normal in world space, on the side from which the vertices run counter-clockwise; `None`
+/// for a triangle without area. Computed in double precision, where products of `f32` edges neither
+/// underflow nor overflow.
 pub(crate) fn geometric_normal(instance: &InstanceView<'_>, [a, b, c]: [Vec3; 3]) -> Option<Vec3> {
     let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
     placed_normal(instance.world_from_object(), (b - a).cross(c - a))
 }
 
-/// The least cosine between the normals for shading and of the geometry: beyond, the mesh's normals are of no use.
+/// The smallest cosine between an interpolated normal and the geometric one for which the former is
+/// used.
 const MIN_COSINE: f32 = 0.01;
 
-/// The mesh's own normals blended, where it has any that make sense, on the side of `facing`.
+/// The interpolated vertex normal on the side of `geometric_normal`, or that normal itself if the
+/// mesh has no usable normals.
 fn shading_normal(
     instance: &InstanceView<'_>,
     triangle: [usize; 3],
@@ -109,7 +115,7 @@ fn shading_normal(
     geometric_normal: Vec3,
 ) -> Vec3 {
     let Some(normals) = instance.normals() else { return geometric_normal };
-    let local = blend(triangle.map(|vertex| Vec3::from(normals[vertex])), weights);
+    let local = interpolate(triangle.map(|vertex| Vec3::from(normals[vertex])), weights);
     let Some(normal) = placed_normal(instance.world_from_object(), local.as_dvec3()) else { return geometric_normal };
     let cosine = normal.dot(geometric_normal);
     if cosine.abs() < MIN_COSINE {

@@ -74,7 +74,7 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
 /// cosine, and the middle of each sun.
 fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteraction<'_>, seed: u32) -> f32 {
     let is_open = |direction: Vec3| {
-        let ray = Ray::new(point.origin(direction).into(), direction.into());
+        let ray = Ray::new(point.offset_origin(direction).into(), direction.into());
         point.geometric_normal.dot(direction) > 0.0 && !frame.view.occluded(&ray)
     };
     let u = [unit_hash(2 * seed), unit_hash(2 * seed + 1)];

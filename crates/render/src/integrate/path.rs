@@ -133,7 +133,7 @@ impl Path {
         if bounce >= self.roulette_from && !walk.survives(sampler.next_1d()) {
             return (questions, None);
         }
-        (questions, Some(Ray::new(point.origin(next.direction).into(), next.direction.into())))
+        (questions, Some(Ray::new(point.offset_origin(next.direction).into(), next.direction.into())))
     }
 }
 
@@ -186,7 +186,7 @@ impl Walk {
         self.throughput *= next.weight;
         match next.kind {
             Kind::Spread { density } => {
-                let position = point.origin(point.geometric_normal);
+                let position = point.offset_origin(point.geometric_normal);
                 self.asked = Some(Asked { position, density });
             }
             Kind::Mirrored => self.asked = None,

@@ -33,7 +33,7 @@ impl Integrator for SimplePath {
                 break;
             }
             if scatter::is_spread(&point) {
-                for light in lights.deltas(point.origin(point.geometric_normal)) {
+                for light in lights.deltas(point.offset_origin(point.geometric_normal)) {
                     let (scattered, _) = scatter::evaluate(&point, light.direction);
                     if scattered != Vec3::ZERO {
                         let arriving =
@@ -44,7 +44,7 @@ impl Integrator for SimplePath {
             }
             let Some(next) = scatter::sample(&point, -direction, sampler) else { break };
             throughput *= next.weight;
-            ray = Ray::new(point.origin(next.direction).into(), next.direction.into());
+            ray = Ray::new(point.offset_origin(next.direction).into(), next.direction.into());
         }
         gathered.into()
     }

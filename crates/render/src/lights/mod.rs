@@ -123,7 +123,7 @@ impl<'a> LightTable<'a> {
             return None;
         }
         let index = draw(&self.near, sampler)?;
-        let (from, u) = (point.origin(point.geometric_normal), sampler.next_2d());
+        let (from, u) = (point.offset_origin(point.geometric_normal), sampler.next_2d());
         chosen(self.emitters[index].sample(self.frame, from, u), self.near.probability(index))
     }
 
@@ -132,7 +132,7 @@ impl<'a> LightTable<'a> {
         if self.punctual.is_empty() {
             return None;
         }
-        let from = point.origin(point.geometric_normal);
+        let from = point.offset_origin(point.geometric_normal);
         if self.punctual.len() <= MOST_WEIGHED {
             return punctual::sample_one(&self.punctual, from, point.shading_normal, sampler.next_1d());
         }
