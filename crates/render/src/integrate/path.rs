@@ -13,7 +13,7 @@ use kinetree::Ray;
 use super::{Integrator, wave};
 use crate::interaction::SurfaceInteraction;
 use crate::lights::LightSample;
-use crate::scatter::{Bounce, Kind};
+use crate::scatter::{BsdfSample, ScatterKind};
 use crate::{Sampler, SceneContext, Tracer, scatter};
 
 /// Unbiased light transport, up to the number of bounces.
@@ -122,7 +122,7 @@ impl Path {
         if bounce == self.max_depth {
             return (questions, None);
         }
-        if scatter::is_spread(point) {
+        if scatter::is_non_specular(point) {
             let near = lights.sample_near(point, sampler);
             let punctual = lights.sample_punctual(point, sampler);
             let sun = lights.sample_sun(sampler);
@@ -182,21 +182,21 @@ impl Walk {
     }
 
     /// Goes on in a direction.
-    fn follow(&mut self, point: &SurfaceInteraction<'_>, next: &Bounce) {
+    fn follow(&mut self, point: &SurfaceInteraction<'_>, next: &BsdfSample) {
         self.throughput *= next.weight;
         match next.kind {
-            Kind::Spread { density } => {
+            ScatterKind::NonSpecular { density } => {
                 let position = point.offset_origin(point.geometric_normal);
                 self.asked = Some(Asked { position, density });
             }
-            Kind::Mirrored => self.asked = None,
-            Kind::Refracted { eta } => {
+            ScatterKind::SpecularReflection => self.asked = None,
+            ScatterKind::SpecularTransmission { eta } => {
                 self.asked = None;
                 self.compressed *= eta * eta;
             }
             // Asking lights does not know what panes are on the way when it weighs: neither does this, so that the weights of
             // the two ways sum to one.
-            Kind::Passed => {}
+            ScatterKind::StraightThrough => {}
         }
     }
 

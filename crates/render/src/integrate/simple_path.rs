@@ -32,7 +32,7 @@ impl Integrator for SimplePath {
             if bounce == self.max_depth {
                 break;
             }
-            if scatter::is_spread(&point) {
+            if scatter::is_non_specular(&point) {
                 for light in lights.deltas(point.offset_origin(point.geometric_normal)) {
                     let (scattered, _) = scatter::evaluate(&point, light.direction);
                     if scattered != Vec3::ZERO {

@@ -2,25 +2,31 @@
 
 use glam::Vec3;
 
-use super::{Bounce, Kind, fresnel, mirror_normal, mirrored};
+use super::{BsdfSample, ScatterKind, fresnel, reflected, reflection_normal};
 use crate::interaction::SurfaceInteraction;
 
 /// Reflects with the probability that Fresnel gives, and refracts otherwise. Radiance is compressed into a narrower cone
 /// when it enters the denser side, hence the square of eta (Veach 1997, section 5.2).
-pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
+pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> BsdfSample {
     let eta = if point.front { ior } else { 1.0 / ior };
-    let normal = mirror_normal(point, toward_viewer);
+    let normal = reflection_normal(point, toward_viewer);
     if u < fresnel::boundary(normal.dot(toward_viewer), eta) {
-        return Bounce { direction: mirrored(toward_viewer, normal), weight: Vec3::ONE, kind: Kind::Mirrored };
+        return BsdfSample {
+            direction: reflected(toward_viewer, normal),
+            weight: Vec3::ONE,
+            kind: ScatterKind::SpecularReflection,
+        };
     }
     let bent = refracted(toward_viewer, normal, eta).filter(|direction| direction.dot(point.geometric_normal) < 0.0);
     // A shading normal may bend the ray back to the viewer's side, where the true normal never does.
     match bent.or_else(|| refracted(toward_viewer, point.geometric_normal, eta)) {
-        Some(direction) => Bounce { direction, weight: point.color / (eta * eta), kind: Kind::Refracted { eta } },
-        None => Bounce {
-            direction: mirrored(toward_viewer, point.geometric_normal),
+        Some(direction) => {
+            BsdfSample { direction, weight: point.color / (eta * eta), kind: ScatterKind::SpecularTransmission { eta } }
+        }
+        None => BsdfSample {
+            direction: reflected(toward_viewer, point.geometric_normal),
             weight: Vec3::ONE,
-            kind: Kind::Mirrored,
+            kind: ScatterKind::SpecularReflection,
         },
     }
 }

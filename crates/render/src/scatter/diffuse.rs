@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Bounce, Kind};
+use super::{BsdfSample, ScatterKind};
 use crate::interaction::SurfaceInteraction;
 use crate::warp::{Basis, cosine_hemisphere};
 
@@ -21,9 +21,9 @@ pub(super) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3
 }
 
 /// A direction by the cosine about the shading normal; `None` when it lies below the surface.
-pub(super) fn sample(point: &SurfaceInteraction<'_>, u: [f32; 2]) -> Option<Bounce> {
+pub(super) fn sample(point: &SurfaceInteraction<'_>, u: [f32; 2]) -> Option<BsdfSample> {
     let local = cosine_hemisphere(Vec2::from(u));
     let direction = Basis::around(point.shading_normal).to_world(local).normalize();
     let (_, density) = evaluate(point, direction);
-    (density > 0.0).then_some(Bounce { direction, weight: point.color, kind: Kind::Spread { density } })
+    (density > 0.0).then_some(BsdfSample { direction, weight: point.color, kind: ScatterKind::NonSpecular { density } })
 }

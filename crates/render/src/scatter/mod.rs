@@ -16,36 +16,36 @@ pub(crate) use sheet::straight_transmittance;
 
 /// A direction in which a path goes on.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bounce {
+pub(crate) struct BsdfSample {
     /// Unit vector, from the surface.
     pub(crate) direction: Vec3,
     /// Scattering function times cosine over density.
     pub(crate) weight: Vec3,
     /// How the direction was found.
-    pub(crate) kind: Kind,
+    pub(crate) kind: ScatterKind,
 }
 
 /// How a direction was found, which decides what other ways could have found it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum ScatterKind {
     /// One of many, with this density per solid angle.
-    Spread {
+    NonSpecular {
         /// Per steradian.
         density: f32,
     },
     /// The only one of its kind: a mirror's.
-    Mirrored,
+    SpecularReflection,
     /// The only one of its kind: bent.
-    Refracted {
+    SpecularTransmission {
         /// Index of refraction beyond the boundary over that on the viewer's side.
         eta: f32,
     },
     /// Straight on, as if nothing were there.
-    Passed,
+    StraightThrough,
 }
 
 /// Whether light from any given direction is scattered to the viewer, so that asking lights makes sense.
-pub(crate) fn is_spread(point: &SurfaceInteraction<'_>) -> bool {
+pub(crate) fn is_non_specular(point: &SurfaceInteraction<'_>) -> bool {
     matches!(point.material.scatter, Scatter::Diffuse)
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3
 }
 
 /// Where a path from the viewer goes on; `None` where it ends. `toward_viewer` is a unit vector.
-pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<Bounce> {
+pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<BsdfSample> {
     let bounce = match point.material.scatter {
         Scatter::Diffuse => diffuse::sample(point, sampler.next_2d()),
         Scatter::Dielectric { ior } => Some(dielectric::sample(point, toward_viewer, usable(ior), sampler.next_1d())),
@@ -74,14 +74,14 @@ fn usable(ior: f32) -> f32 {
 }
 
 /// The mirror image of a unit vector about a unit normal.
-fn mirrored(toward_viewer: Vec3, normal: Vec3) -> Vec3 {
+fn reflected(toward_viewer: Vec3, normal: Vec3) -> Vec3 {
     (normal * (2.0 * normal.dot(toward_viewer)) - toward_viewer).normalize()
 }
 
 /// The normal that a mirror takes: the shading normal, unless it is turned away from the viewer or would throw the ray
 /// into the surface.
-fn mirror_normal(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Vec3 {
+fn reflection_normal(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Vec3 {
     let usable = point.shading_normal.dot(toward_viewer) > 0.0
-        && mirrored(toward_viewer, point.shading_normal).dot(point.geometric_normal) > 0.0;
+        && reflected(toward_viewer, point.shading_normal).dot(point.geometric_normal) > 0.0;
     if usable { point.shading_normal } else { point.geometric_normal }
 }

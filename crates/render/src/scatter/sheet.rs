@@ -5,24 +5,28 @@
 
 use glam::Vec3;
 
-use super::{Bounce, Kind, fresnel, mirror_normal, mirrored, usable};
+use super::{BsdfSample, ScatterKind, fresnel, reflected, reflection_normal, usable};
 use crate::Scatter;
 use crate::interaction::SurfaceInteraction;
 
 /// Reflects with the probability that Fresnel gives for both boundaries together, and passes otherwise.
-pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> Bounce {
-    let normal = mirror_normal(point, toward_viewer);
+pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> BsdfSample {
+    let normal = reflection_normal(point, toward_viewer);
     let reflected = fresnel::sheet(normal.dot(toward_viewer), ior);
     if u < reflected {
-        Bounce { direction: mirrored(toward_viewer, normal), weight: Vec3::ONE, kind: Kind::Mirrored }
+        BsdfSample {
+            direction: reflected(toward_viewer, normal),
+            weight: Vec3::ONE,
+            kind: ScatterKind::SpecularReflection,
+        }
     } else {
-        Bounce { direction: -toward_viewer, weight: point.color, kind: Kind::Passed }
+        BsdfSample { direction: -toward_viewer, weight: point.color, kind: ScatterKind::StraightThrough }
     }
 }
 
 /// The fraction of light that goes straight on through a surface; `None` where none does.
 pub(crate) fn straight_transmittance(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Option<Vec3> {
     let Scatter::ThinDielectric { ior } = point.material.scatter else { return None };
-    let normal = mirror_normal(point, toward_viewer);
+    let normal = reflection_normal(point, toward_viewer);
     Some(point.color * (1.0 - fresnel::sheet(normal.dot(toward_viewer), usable(ior))))
 }
