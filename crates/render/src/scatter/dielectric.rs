@@ -10,7 +10,7 @@ use crate::interaction::SurfaceInteraction;
 pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> BsdfSample {
     let eta = if point.front { ior } else { 1.0 / ior };
     let normal = reflection_normal(point, toward_viewer);
-    if u < fresnel::boundary(normal.dot(toward_viewer), eta) {
+    if u < fresnel::reflectance(normal.dot(toward_viewer), eta) {
         return BsdfSample {
             direction: reflected(toward_viewer, normal),
             weight: Vec3::ONE,

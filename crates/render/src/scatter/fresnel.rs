@@ -20,14 +20,14 @@ pub(super) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
 }
 
 /// Reflected fraction of a single boundary.
-pub(super) fn boundary(cosine: f32, eta: f32) -> f32 {
+pub(super) fn reflectance(cosine: f32, eta: f32) -> f32 {
     let [across, along] = polarised(cosine, eta);
     0.5 * (across + along)
 }
 
 /// Reflected fraction of a sheet with two parallel boundaries, summed over all reflections inside: for each polarisation
 /// `r + (1 - r)^2 r + (1 - r)^2 r^3 + ... = 2 r / (1 + r)`. `ior` is that of the sheet over that around it.
-pub(super) fn sheet(cosine: f32, ior: f32) -> f32 {
+pub(super) fn slab_reflectance(cosine: f32, ior: f32) -> f32 {
     let [across, along] = polarised(cosine, ior).map(|r| 2.0 * r / (1.0 + r));
     0.5 * (across + along)
 }
@@ -38,11 +38,11 @@ mod tests {
 
     #[test]
     fn straight_incidence_has_the_textbook_value() {
-        assert!((boundary(1.0, 1.5) - 0.04).abs() < 1e-6);
-        assert!((boundary(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-6);
-        assert!((sheet(1.0, 1.5) - 0.08 / 1.04).abs() < 1e-6);
-        assert!((boundary(0.0, 1.5) - 1.0).abs() < 1e-6);
-        assert!(boundary(0.7, 1.0) < 1e-12);
+        assert!((reflectance(1.0, 1.5) - 0.04).abs() < 1e-6);
+        assert!((reflectance(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-6);
+        assert!((slab_reflectance(1.0, 1.5) - 0.08 / 1.04).abs() < 1e-6);
+        assert!((reflectance(0.0, 1.5) - 1.0).abs() < 1e-6);
+        assert!(reflectance(0.7, 1.0) < 1e-12);
     }
 
     #[test]
@@ -57,15 +57,15 @@ mod tests {
     #[test]
     fn from_the_dense_side_light_is_kept_beyond_the_critical_angle() {
         let critical = (1.0_f32 - 1.0 / (1.5 * 1.5)).sqrt();
-        assert!((boundary(critical - 1e-3, 1.0 / 1.5) - 1.0).abs() < 1e-9);
-        assert!(boundary(critical + 1e-2, 1.0 / 1.5) < 0.9);
+        assert!((reflectance(critical - 1e-3, 1.0 / 1.5) - 1.0).abs() < 1e-9);
+        assert!(reflectance(critical + 1e-2, 1.0 / 1.5) < 0.9);
     }
 
     #[test]
     fn both_sides_of_a_boundary_reflect_the_same() {
         for cosine in [0.1, 0.3, 0.6, 0.9] {
             let beyond = refracted_cosine(cosine, 1.5).expect("no total reflection from the thin side");
-            assert!((boundary(cosine, 1.5) - boundary(beyond, 1.0 / 1.5)).abs() < 1e-5);
+            assert!((reflectance(cosine, 1.5) - reflectance(beyond, 1.0 / 1.5)).abs() < 1e-5);
         }
     }
 
@@ -73,7 +73,10 @@ mod tests {
     fn awkward_numbers_give_a_fraction() {
         for eta in [0.01, 1.0, 100.0] {
             for cosine in [0.0, f32::MIN_POSITIVE, 1.0, 1.0 + f32::EPSILON] {
-                assert!((0.0..=1.0).contains(&boundary(cosine, eta)) && (0.0..=1.0).contains(&sheet(cosine, eta)));
+                assert!(
+                    (0.0..=1.0).contains(&reflectance(cosine, eta))
+                        && (0.0..=1.0).contains(&slab_reflectance(cosine, eta))
+                );
             }
         }
     }

@@ -5,14 +5,14 @@
 mod dielectric;
 mod diffuse;
 mod fresnel;
-mod sheet;
+mod thin_dielectric;
 
 use glam::Vec3;
 
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Scatter};
 
-pub(crate) use sheet::straight_transmittance;
+pub(crate) use thin_dielectric::straight_transmittance;
 
 /// A direction in which a path goes on.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +63,9 @@ pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sample
     let bounce = match point.material.scatter {
         Scatter::Diffuse => diffuse::sample(point, sampler.next_2d()),
         Scatter::Dielectric { ior } => Some(dielectric::sample(point, toward_viewer, usable(ior), sampler.next_1d())),
-        Scatter::ThinDielectric { ior } => Some(sheet::sample(point, toward_viewer, usable(ior), sampler.next_1d())),
+        Scatter::ThinDielectric { ior } => {
+            Some(thin_dielectric::sample(point, toward_viewer, usable(ior), sampler.next_1d()))
+        }
     };
     bounce.filter(|bounce| bounce.direction.is_finite() && bounce.weight.max_element() > 0.0)
 }

@@ -12,7 +12,7 @@ use crate::interaction::SurfaceInteraction;
 /// Reflects with the probability that Fresnel gives for both boundaries together, and passes otherwise.
 pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> BsdfSample {
     let normal = reflection_normal(point, toward_viewer);
-    let reflected = fresnel::sheet(normal.dot(toward_viewer), ior);
+    let reflected = fresnel::slab_reflectance(normal.dot(toward_viewer), ior);
     if u < reflected {
         BsdfSample {
             direction: reflected(toward_viewer, normal),
@@ -28,5 +28,5 @@ pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f
 pub(crate) fn straight_transmittance(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Option<Vec3> {
     let Scatter::ThinDielectric { ior } = point.material.scatter else { return None };
     let normal = reflection_normal(point, toward_viewer);
-    Some(point.color * (1.0 - fresnel::sheet(normal.dot(toward_viewer), usable(ior))))
+    Some(point.color * (1.0 - fresnel::slab_reflectance(normal.dot(toward_viewer), usable(ior))))
 }
