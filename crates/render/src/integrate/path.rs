@@ -39,7 +39,7 @@ struct Asked {
     /// Where its rays started.
     position: Vec3,
     /// Per steradian.
-    density: f32,
+    pdf: f32,
 }
 
 /// A path on its way.
@@ -66,7 +66,7 @@ pub(super) struct Question {
     /// What the path brings to the camera of the light that arrives.
     carried: Vec3,
     radiance: Vec3,
-    /// Weight over density.
+    /// Weight over pdf.
     scale: f32,
 }
 
@@ -109,8 +109,8 @@ impl Path {
         }
         let direction = Vec3::from(ray.direction);
         let Some(point) = point else {
-            for (radiance, density) in lights.seen_far(direction) {
-                walk.find(radiance, |_| density);
+            for (radiance, pdf) in lights.seen_far(direction) {
+                walk.find(radiance, |_| pdf);
             }
             return (questions, None);
         };
@@ -149,25 +149,25 @@ impl Walk {
         self.gathered
     }
 
-    /// Adds light that the path came upon. `density` says how likely asking from a place would have found it.
-    fn find(&mut self, radiance: Vec3, density: impl Fn(Vec3) -> f32) {
-        let weight = self.asked.map_or(1.0, |asked| weight(asked.density, density(asked.position)));
+    /// Adds light that the path came upon. `pdf` says how likely asking from a place would have found it.
+    fn find(&mut self, radiance: Vec3, pdf: impl Fn(Vec3) -> f32) {
+        let weight = self.asked.map_or(1.0, |asked| weight(asked.pdf, pdf(asked.position)));
         self.add(self.throughput * radiance * weight);
     }
 
     /// What is to be asked about a sampled light; `None` when it would not be seen anyway.
     fn ask(&self, point: &SurfaceInteraction<'_>, light: Option<LightSample>) -> Option<Question> {
         let light = light?;
-        let (scattered, density) = scatter::evaluate(point, light.direction);
+        let (scattered, pdf) = scatter::evaluate(point, light.direction);
         if scattered == Vec3::ZERO {
             return None;
         }
-        let weight = if light.is_delta { 1.0 } else { weight(light.density, density) };
+        let weight = if light.is_delta { 1.0 } else { weight(light.pdf, pdf) };
         Some(Question {
             ray: point.ray(light.direction, light.distance),
             carried: self.throughput * scattered,
             radiance: light.radiance,
-            scale: weight / light.density,
+            scale: weight / light.pdf,
         })
     }
 
@@ -185,9 +185,9 @@ impl Walk {
     fn follow(&mut self, point: &SurfaceInteraction<'_>, next: &BsdfSample) {
         self.throughput *= next.weight;
         match next.kind {
-            ScatterKind::NonSpecular { density } => {
+            ScatterKind::NonSpecular { pdf } => {
                 let position = point.offset_origin(point.geometric_normal);
-                self.asked = Some(Asked { position, density });
+                self.asked = Some(Asked { position, pdf });
             }
             ScatterKind::SpecularReflection => self.asked = None,
             ScatterKind::SpecularTransmission { eta } => {
@@ -212,7 +212,7 @@ impl Walk {
     }
 }
 
-/// The power heuristic with the square, for a way of density `own` against another of density `other`.
+/// The power heuristic with the square, for a way of pdf `own` against another of pdf `other`.
 fn weight(own: f32, other: f32) -> f32 {
     let ratio = other / own;
     let weight = 1.0 / (1.0 + ratio * ratio);

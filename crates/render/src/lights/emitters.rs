@@ -92,12 +92,12 @@ impl Emitter {
     }
 
     /// Density per solid angle at `from` of a point `at` that is drawn uniformly by area. Zero for what is seen edge on.
-    pub(super) fn density(&self, from: Vec3, at: Vec3) -> f32 {
+    pub(super) fn pdf(&self, from: Vec3, at: Vec3) -> f32 {
         let offset = at - from;
         let squared = offset.length_squared();
         let cosine = (self.normal.dot(offset) / squared.sqrt()).abs();
-        let density = squared / (cosine * self.area);
-        if density.is_finite() { density } else { 0.0 }
+        let pdf = squared / (cosine * self.area);
+        if pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// Light from a point of the triangle, uniform by area.
@@ -111,18 +111,12 @@ impl Emitter {
         if !front && !attributes.material.two_sided {
             return None;
         }
-        let density = self.density(from, at);
+        let pdf = self.pdf(from, at);
         let direction = (at - from).normalize();
         let ray = Ray::new(from.into(), direction.into());
         let distance = distance_to(&instance, self.primitive, self.corners, &ray)? * SHORT_OF;
         let radiance = attributes.emission() * attributes.opacity();
-        (density > 0.0 && distance > 0.0).then_some(LightSample {
-            direction,
-            distance,
-            radiance,
-            density,
-            is_delta: false,
-        })
+        (pdf > 0.0 && distance > 0.0).then_some(LightSample { direction, distance, radiance, pdf, is_delta: false })
     }
 }
 

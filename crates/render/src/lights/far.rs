@@ -60,30 +60,30 @@ impl Sun {
             direction: self.toward,
             distance: f32::INFINITY,
             radiance: self.irradiance,
-            density: 1.0,
+            pdf: 1.0,
             is_delta: true,
         };
         let Some(disc) = self.disc else { return far };
         LightSample {
             direction: Basis::around(self.toward).to_world(cone(u.into(), disc.versine)).normalize(),
             radiance: disc.radiance,
-            density: disc.density(),
+            pdf: disc.pdf(),
             is_delta: false,
             ..far
         }
     }
 
-    /// Radiance from a direction, and the density with which [`Sun::sample`] finds it, if the disc is there.
+    /// Radiance from a direction, and the pdf with which [`Sun::sample`] finds it, if the disc is there.
     pub(super) fn seen(&self, direction: Vec3) -> Option<(Vec3, f32)> {
         let disc = self.disc?;
         // The chord between unit vectors squared is twice the versine, and keeps its digits when they are close.
         let inside = direction.distance_squared(self.toward) <= 2.0 * disc.versine;
-        inside.then(|| (disc.radiance, disc.density()))
+        inside.then(|| (disc.radiance, disc.pdf()))
     }
 }
 
 impl Disc {
-    fn density(&self) -> f32 {
+    fn pdf(&self) -> f32 {
         1.0 / (2.0 * PI * self.versine)
     }
 }
@@ -131,7 +131,7 @@ mod tests {
             let irradiance: Vec3 = (0..count)
                 .map(|i| {
                     let light = sun.sample(Sampler::new(3, [0, 0], i).next_2d());
-                    light.radiance * (light.direction.y / light.density / count as f32)
+                    light.radiance * (light.direction.y / light.pdf / count as f32)
                 })
                 .sum();
             assert!((irradiance - Vec3::new(3.0, 2.0, 1.0)).length() < 1e-3, "{angle}: {irradiance}");
@@ -143,8 +143,8 @@ mod tests {
         let small = sun(0.0093);
         for i in 0..256 {
             let light = small.sample(Sampler::new(5, [0, 0], i).next_2d());
-            let (radiance, density) = small.seen(light.direction * (1.0 - 1e-7)).expect("on the disc");
-            assert_eq!((radiance, density), (light.radiance, light.density));
+            let (radiance, pdf) = small.seen(light.direction * (1.0 - 1e-7)).expect("on the disc");
+            assert_eq!((radiance, pdf), (light.radiance, light.pdf));
         }
         assert!(small.seen(Vec3::new(0.005, 1.0, 0.0).normalize()).is_none());
         assert!(sun(0.0).seen(Vec3::Y).is_none());

@@ -37,7 +37,7 @@ pub(crate) struct LightSample {
     /// Radiance; for a light without extent, irradiance on a surface that faces it.
     pub(crate) radiance: Vec3,
     /// Per steradian; for a light without extent, a probability.
-    pub(crate) density: f32,
+    pub(crate) pdf: f32,
     /// Whether the light has no extent, so that no ray could have found it by itself.
     pub(crate) is_delta: bool,
 }
@@ -155,22 +155,22 @@ impl<'a> LightTable<'a> {
         near.chain(self.suns.iter().map(|sun| sun.sample([0.5; 2]))).filter(|light| light.is_delta)
     }
 
-    /// The density per solid angle with which [`LightTable::sample_near`] at `from` finds a place on a triangle. Zero for
+    /// The pdf per solid angle with which [`LightTable::sample_near`] at `from` finds a place on a triangle. Zero for
     /// triangles that are no lights.
     pub(crate) fn near_density(&self, from: Vec3, instance: u32, primitive: u32, at: Vec3) -> f32 {
         let Some(range) = self.of_instance.get(instance as usize) else { return 0.0 };
         let (start, end) = (range.start as usize, range.end as usize);
         match self.emitters[start..end].binary_search_by_key(&primitive, |emitter| emitter.primitive) {
-            Ok(found) => self.near.probability(start + found) * self.emitters[start + found].density(from, at),
+            Ok(found) => self.near.probability(start + found) * self.emitters[start + found].pdf(from, at),
             Err(_) => 0.0,
         }
     }
 
-    /// What is seen in a direction in which nothing is: each light's radiance, and the density per solid angle with which
+    /// What is seen in a direction in which nothing is: each light's radiance, and the pdf per solid angle with which
     /// [`LightTable::sample_sun`] finds the direction.
     pub(crate) fn seen_far(&self, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
         let suns = self.suns.iter().enumerate().filter_map(move |(index, sun)| {
-            sun.seen(direction).map(|(radiance, density)| (radiance, density * self.sun_odds.probability(index)))
+            sun.seen(direction).map(|(radiance, pdf)| (radiance, pdf * self.sun_odds.probability(index)))
         });
         suns.chain([(far::sky_radiance(&self.frame.material_set.sky, direction), 0.0)])
     }
@@ -184,6 +184,6 @@ fn draw(table: &AliasTable, sampler: &mut Sampler) -> Option<usize> {
 /// A sample of a light that was itself drawn with a probability; `None` when nothing arrives.
 fn chosen(sample: Option<LightSample>, probability: f32) -> Option<LightSample> {
     sample
-        .map(|light| LightSample { density: light.density * probability, ..light })
-        .filter(|light| light.density > 0.0 && luminance(light.radiance) > 0.0)
+        .map(|light| LightSample { pdf: light.pdf * probability, ..light })
+        .filter(|light| light.pdf > 0.0 && luminance(light.radiance) > 0.0)
 }

@@ -80,7 +80,7 @@ impl Punctual {
             direction,
             distance: distance * SHORT_OF,
             radiance,
-            density: 1.0,
+            pdf: 1.0,
             is_delta: true,
         })
     }
@@ -114,8 +114,7 @@ pub(super) fn sample_one(lights: &[Punctual], from: Vec3, normal: Vec3, u: f32) 
     }
     let (weight, number) = chosen?;
     let sample = lights[number].sample(from)?;
-    Some(LightSample { density: weight / total, ..sample })
-        .filter(|sample| sample.density > 0.0 && sample.density.is_finite())
+    Some(LightSample { pdf: weight / total, ..sample }).filter(|sample| sample.pdf > 0.0 && sample.pdf.is_finite())
 }
 
 impl LightSample {
@@ -194,7 +193,7 @@ mod tests {
             .sum();
         let mut drawn = 0;
         for sample in draws {
-            assert!((sample.radiance.x * sample.direction.y / sample.density - all).abs() < 1e-4 * all);
+            assert!((sample.radiance.x * sample.direction.y / sample.pdf - all).abs() < 1e-4 * all);
             drawn += 1;
         }
         assert_eq!(drawn, count);

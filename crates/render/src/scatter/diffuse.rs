@@ -11,7 +11,7 @@ use super::{BsdfSample, ScatterKind};
 use crate::interaction::SurfaceInteraction;
 use crate::warp::{Basis, cosine_hemisphere};
 
-/// Scattering function times cosine, and density.
+/// Scattering function times cosine, and pdf.
 pub(super) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3, f32) {
     let cosine = point.shading_normal.dot(direction);
     if cosine <= 0.0 || point.geometric_normal.dot(direction) <= 0.0 {
@@ -24,6 +24,6 @@ pub(super) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3
 pub(super) fn sample(point: &SurfaceInteraction<'_>, u: [f32; 2]) -> Option<BsdfSample> {
     let local = cosine_hemisphere(Vec2::from(u));
     let direction = Basis::around(point.shading_normal).to_world(local).normalize();
-    let (_, density) = evaluate(point, direction);
-    (density > 0.0).then_some(BsdfSample { direction, weight: point.color, kind: ScatterKind::NonSpecular { density } })
+    let (_, pdf) = evaluate(point, direction);
+    (pdf > 0.0).then_some(BsdfSample { direction, weight: point.color, kind: ScatterKind::NonSpecular { pdf } })
 }

@@ -19,7 +19,7 @@ pub(crate) use thin_dielectric::straight_transmittance;
 pub(crate) struct BsdfSample {
     /// Unit vector, from the surface.
     pub(crate) direction: Vec3,
-    /// Scattering function times cosine over density.
+    /// Scattering function times cosine over pdf.
     pub(crate) weight: Vec3,
     /// How the direction was found.
     pub(crate) kind: ScatterKind,
@@ -28,10 +28,10 @@ pub(crate) struct BsdfSample {
 /// How a direction was found, which decides what other ways could have found it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ScatterKind {
-    /// One of many, with this density per solid angle.
+    /// One of many, with this pdf per solid angle.
     NonSpecular {
         /// Per steradian.
-        density: f32,
+        pdf: f32,
     },
     /// The only one of its kind: a mirror's.
     SpecularReflection,
@@ -49,7 +49,7 @@ pub(crate) fn is_non_specular(point: &SurfaceInteraction<'_>) -> bool {
     matches!(point.material.scatter, Scatter::Diffuse)
 }
 
-/// Scattering function times cosine, and the density of [`sample`], for light that comes from `direction` (unit, from the
+/// Scattering function times cosine, and the pdf of [`sample`], for light that comes from `direction` (unit, from the
 /// surface). Zero for surfaces that do not spread.
 pub(crate) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3, f32) {
     match point.material.scatter {
