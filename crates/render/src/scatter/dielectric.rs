@@ -1,12 +1,14 @@
-//! A smooth boundary such as the surface of water or of solid glass: reflects or refracts.
+//! A smooth dielectric boundary, such as the surface of water or of solid glass: reflects or
+//! refracts.
 
 use glam::Vec3;
 
 use super::{BsdfSample, ScatterKind, fresnel, reflected, reflection_normal};
 use crate::interaction::SurfaceInteraction;
 
-/// Reflects with the probability that Fresnel gives, and refracts otherwise. Radiance is compressed into a narrower cone
-/// when it enters the denser side, hence the square of eta (Veach 1997, section 5.2).
+/// Reflects with the probability of Fresnel's reflectance, and refracts otherwise. Radiance scales
+/// with the square of the index of refraction when it crosses the boundary (Veach 1997, section
+/// 5.2).
 pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> BsdfSample {
     let eta = if point.front { ior } else { 1.0 / ior };
     let normal = reflection_normal(point, toward_viewer);
@@ -17,9 +19,10 @@ pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f
             kind: ScatterKind::SpecularReflection,
         };
     }
-    let bent = refracted(toward_viewer, normal, eta).filter(|direction| direction.dot(point.geometric_normal) < 0.0);
-    // A shading normal may bend the ray back to the viewer's side, where the true normal never does.
-    match bent.or_else(|| refracted(toward_viewer, point.geometric_normal, eta)) {
+    let below = refracted(toward_viewer, normal, eta).filter(|direction| direction.dot(point.geometric_normal) < 0.0);
+    // About the shading normal the refracted ray may stay on the viewer's side; about the geometric
+    // normal it never does.
+    match below.or_else(|| refracted(toward_viewer, point.geometric_normal, eta)) {
         Some(direction) => {
             BsdfSample { direction, weight: point.color / (eta * eta), kind: ScatterKind::SpecularTransmission { eta } }
         }
@@ -31,7 +34,7 @@ pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f
     }
 }
 
-/// The direction beyond the boundary; `None` under total reflection.
+/// The direction beyond the boundary; `None` under total internal reflection.
 fn refracted(toward_viewer: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
     let cosine = normal.dot(toward_viewer).min(1.0);
     let beyond = fresnel::refracted_cosine(cosine, eta)?;

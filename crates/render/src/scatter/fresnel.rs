@@ -1,35 +1,39 @@
-//! How much a smooth boundary between two dielectrics reflects: Fresnel's formulas, exact, for unpolarised light.
+//! Fresnel's reflectance of a smooth boundary between two dielectrics, exact, for unpolarised
+//! light.
 
-/// Reflected fractions for light polarised across and along the plane of incidence.
+/// Reflectances for light polarised perpendicular and parallel to the plane of incidence.
 ///
-/// `cosine` is that of the angle of incidence, in 0..=1; `eta` the index of refraction beyond the boundary over that on the
-/// side of incidence. Both are 1 under total reflection.
+/// `cosine` is that of the angle of incidence, in 0..=1; `eta` the index of refraction beyond the
+/// boundary over that on the side of incidence. Both are 1 under total internal reflection.
 fn polarised(cosine: f32, eta: f32) -> [f32; 2] {
     let cosine = cosine.clamp(0.0, 1.0);
     let Some(beyond) = refracted_cosine(cosine, eta) else { return [1.0; 2] };
-    let across = (cosine - eta * beyond) / (cosine + eta * beyond);
-    let along = (eta * cosine - beyond) / (eta * cosine + beyond);
-    // At grazing incidence with total transmission both sums may vanish; such light is reflected.
-    [across, along].map(|amplitude| if amplitude.is_finite() { (amplitude * amplitude).min(1.0) } else { 1.0 })
+    let perpendicular = (cosine - eta * beyond) / (cosine + eta * beyond);
+    let parallel = (eta * cosine - beyond) / (eta * cosine + beyond);
+    // At grazing incidence and `eta` 1 both sums may vanish; such light is reflected.
+    [perpendicular, parallel]
+        .map(|amplitude| if amplitude.is_finite() { (amplitude * amplitude).min(1.0) } else { 1.0 })
 }
 
-/// Cosine of the angle of refraction by Snell's law; `None` under total reflection.
+/// Cosine of the angle of refraction by Snell's law; `None` under total internal
+/// reflection.
 pub(super) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
     let sine_squared = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
     (sine_squared < 1.0).then(|| (1.0 - sine_squared).sqrt())
 }
 
-/// Reflected fraction of a single boundary.
+/// Reflectance of a single boundary.
 pub(super) fn reflectance(cosine: f32, eta: f32) -> f32 {
-    let [across, along] = polarised(cosine, eta);
-    0.5 * (across + along)
+    let [perpendicular, parallel] = polarised(cosine, eta);
+    0.5 * (perpendicular + parallel)
 }
 
-/// Reflected fraction of a sheet with two parallel boundaries, summed over all reflections inside: for each polarisation
-/// `r + (1 - r)^2 r + (1 - r)^2 r^3 + ... = 2 r / (1 + r)`. `ior` is that of the sheet over that around it.
+/// Reflectance of a slab with two parallel boundaries, summed over all internal reflections: for
+/// each polarisation `r + (1 - r)^2 r + (1 - r)^2 r^3 + ... = 2 r / (1 + r)`. `ior` is the index of
+/// refraction of the slab over that around it.
 pub(super) fn slab_reflectance(cosine: f32, ior: f32) -> f32 {
-    let [across, along] = polarised(cosine, ior).map(|r| 2.0 * r / (1.0 + r));
-    0.5 * (across + along)
+    let [perpendicular, parallel] = polarised(cosine, ior).map(|r| 2.0 * r / (1.0 + r));
+    0.5 * (perpendicular + parallel)
 }
 
 #[cfg(test)]
@@ -46,16 +50,16 @@ mod tests {
     }
 
     #[test]
-    fn nothing_along_the_plane_is_reflected_at_brewsters_angle() {
+    fn no_parallel_light_is_reflected_at_brewsters_angle() {
         let angle = 1.5_f32.atan();
-        let [across, along] = polarised(angle.cos(), 1.5);
-        assert!(along < 1e-12);
+        let [perpendicular, parallel] = polarised(angle.cos(), 1.5);
+        assert!(parallel < 1e-12);
         // There the angles of incidence and refraction make a right angle: r = cos(2 angle)^2.
-        assert!((across - (2.0 * angle).cos().powi(2)).abs() < 1e-6);
+        assert!((perpendicular - (2.0 * angle).cos().powi(2)).abs() < 1e-6);
     }
 
     #[test]
-    fn from_the_dense_side_light_is_kept_beyond_the_critical_angle() {
+    fn from_the_dense_side_all_light_is_reflected_beyond_the_critical_angle() {
         let critical = (1.0_f32 - 1.0 / (1.5 * 1.5)).sqrt();
         assert!((reflectance(critical - 1e-3, 1.0 / 1.5) - 1.0).abs() < 1e-9);
         assert!(reflectance(critical + 1e-2, 1.0 / 1.5) < 0.9);

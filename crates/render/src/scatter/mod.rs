@@ -1,6 +1,7 @@
-//! What a surface does with light: one file for each kind of surface.
+//! BSDFs: one file for each kind of surface.
 //!
-//! A new kind, such as rough metal, is a file here, a variant of [`Scatter`], and an arm in the two functions below.
+//! A new kind, such as a rough conductor, is a file here, a variant of [`Scatter`], and an arm in
+//! [`evaluate`] and in [`sample`].
 
 mod dielectric;
 mod diffuse;
@@ -14,43 +15,44 @@ use crate::{Sampler, Scatter};
 
 pub(crate) use thin_dielectric::straight_transmittance;
 
-/// A direction in which a path goes on.
+/// A sampled direction of scattering.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BsdfSample {
     /// Unit vector, from the surface.
     pub(crate) direction: Vec3,
-    /// Scattering function times cosine over pdf.
+    /// BSDF times cosine over pdf.
     pub(crate) weight: Vec3,
-    /// How the direction was found.
+    /// Which lobe was sampled.
     pub(crate) kind: ScatterKind,
 }
 
-/// How a direction was found, which decides what other ways could have found it.
+/// Which lobe of a BSDF was sampled, which decides whether light sampling could have found the
+/// direction too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ScatterKind {
-    /// One of many, with this pdf per solid angle.
+    /// A lobe without a delta distribution.
     NonSpecular {
         /// Per steradian.
         pdf: f32,
     },
-    /// The only one of its kind: a mirror's.
+    /// Mirror reflection, a delta distribution.
     SpecularReflection,
-    /// The only one of its kind: bent.
+    /// Refraction, a delta distribution.
     SpecularTransmission {
         /// Index of refraction beyond the boundary over that on the viewer's side.
         eta: f32,
     },
-    /// Straight on, as if nothing were there.
+    /// Transmission that leaves the direction as it was.
     StraightThrough,
 }
 
-/// Whether light from any given direction is scattered to the viewer, so that asking lights makes sense.
+/// Whether the BSDF has a lobe without a delta distribution, so that light sampling can find light.
 pub(crate) fn is_non_specular(point: &SurfaceInteraction<'_>) -> bool {
     matches!(point.material.scatter, Scatter::Diffuse)
 }
 
-/// Scattering function times cosine, and the pdf of [`sample`], for light that comes from `direction` (unit, from the
-/// surface). Zero for surfaces that do not spread.
+/// BSDF times cosine, and the pdf of [`sample`] per steradian, for light that arrives from
+/// `direction` (unit, from the surface). Zero for specular surfaces.
 pub(crate) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3, f32) {
     match point.material.scatter {
         Scatter::Diffuse => diffuse::evaluate(point, direction),
@@ -58,7 +60,8 @@ pub(crate) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3
     }
 }
 
-/// Where a path from the viewer goes on; `None` where it ends. `toward_viewer` is a unit vector.
+/// Samples a direction for a path from the viewer; `None` where it is absorbed. `toward_viewer` is a
+/// unit vector.
 pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<BsdfSample> {
     let bounce = match point.material.scatter {
         Scatter::Diffuse => diffuse::sample(point, sampler.next_2d()),
@@ -70,7 +73,8 @@ pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sample
     bounce.filter(|bounce| bounce.direction.is_finite() && bounce.weight.max_element() > 0.0)
 }
 
-/// An index of refraction that can be reckoned with; what is none counts as no boundary at all.
+/// An index of refraction in a range that keeps numbers finite; one that is not positive becomes 1,
+/// no boundary at all.
 fn usable(ior: f32) -> f32 {
     if ior.is_finite() && ior > 0.0 { ior.clamp(0.01, 100.0) } else { 1.0 }
 }
@@ -80,8 +84,8 @@ fn reflected(toward_viewer: Vec3, normal: Vec3) -> Vec3 {
     (normal * (2.0 * normal.dot(toward_viewer)) - toward_viewer).normalize()
 }
 
-/// The normal that a mirror takes: the shading normal, unless it is turned away from the viewer or would throw the ray
-/// into the surface.
+/// The normal for specular reflection: the shading normal, unless it faces away from the viewer or
+/// would reflect the ray into the surface.
 fn reflection_normal(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Vec3 {
     let usable = point.shading_normal.dot(toward_viewer) > 0.0
         && reflected(toward_viewer, point.shading_normal).dot(point.geometric_normal) > 0.0;

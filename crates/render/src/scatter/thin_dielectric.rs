@@ -1,7 +1,9 @@
-//! A pane without thickness: reflects, or lets light pass straight on.
+//! A dielectric sheet without thickness, such as a window pane: reflects, or transmits without
+//! changing the direction.
 //!
-//! Because what passes is not bent, a shadow ray may pass too: [`straight_transmittance`] says how much gets through. A path that passes goes on
-//! as if nothing had been there, and the two ways of finding a light are weighed against each other without the pane.
+//! So a shadow ray may pass too: [`straight_transmittance`] is the factor. A path that is
+//! transmitted keeps the pdf of its last scattering, and multiple importance sampling weighs light
+//! sampling against BSDF sampling as if the sheet were not there.
 
 use glam::Vec3;
 
@@ -9,11 +11,12 @@ use super::{BsdfSample, ScatterKind, fresnel, reflected, reflection_normal, usab
 use crate::Scatter;
 use crate::interaction::SurfaceInteraction;
 
-/// Reflects with the probability that Fresnel gives for both boundaries together, and passes otherwise.
+/// Reflects with the probability of Fresnel's reflectance of both boundaries together, and
+/// transmits otherwise.
 pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f32, u: f32) -> BsdfSample {
     let normal = reflection_normal(point, toward_viewer);
-    let reflected = fresnel::slab_reflectance(normal.dot(toward_viewer), ior);
-    if u < reflected {
+    let reflectance = fresnel::slab_reflectance(normal.dot(toward_viewer), ior);
+    if u < reflectance {
         BsdfSample {
             direction: reflected(toward_viewer, normal),
             weight: Vec3::ONE,
@@ -24,7 +27,8 @@ pub(super) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, ior: f
     }
 }
 
-/// The fraction of light that goes straight on through a surface; `None` where none does.
+/// The fraction of light that a surface transmits without changing its direction; `None` for
+/// surfaces that transmit none.
 pub(crate) fn straight_transmittance(point: &SurfaceInteraction<'_>, toward_viewer: Vec3) -> Option<Vec3> {
     let Scatter::ThinDielectric { ior } = point.material.scatter else { return None };
     let normal = reflection_normal(point, toward_viewer);
