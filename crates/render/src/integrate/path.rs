@@ -56,11 +56,11 @@ pub(super) struct Walk {
 }
 
 /// What a path would get from a light of each group, if nothing stood in the way.
-pub(super) type Questions = [Option<Question>; 3];
+pub(super) type ShadowQueries = [Option<ShadowQuery>; 3];
 
 /// A light that is asked for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Question {
+pub(super) struct ShadowQuery {
     /// From the place to the light.
     pub(super) ray: Ray,
     /// What the path brings to the camera of the light that arrives.
@@ -76,9 +76,9 @@ impl Integrator for Path {
         let (mut ray, mut walk) = (*ray, Walk::default());
         for bounce in 0..=self.max_depth {
             let point = tracer.intersect(&ray);
-            let (questions, next) = self.arrive(context, &mut walk, (&ray, point.as_ref()), sampler, bounce);
-            for question in questions.iter().flatten() {
-                walk.take(question, tracer.transmittance(&question.ray));
+            let (shadow_queries, next) = self.arrive(context, &mut walk, (&ray, point.as_ref()), sampler, bounce);
+            for query in shadow_queries.iter().flatten() {
+                walk.add_light_sample(query, tracer.transmittance(&query.ray));
             }
             let Some(next) = next else { break };
             ray = next;
@@ -101,8 +101,8 @@ impl Path {
         (ray, point): (&Ray, Option<&SurfaceInteraction<'_>>),
         sampler: &mut Sampler,
         bounce: u32,
-    ) -> (Questions, Option<Ray>) {
-        let (lights, mut questions) = (&context.lights, [None; 3]);
+    ) -> (ShadowQueries, Option<Ray>) {
+        let (lights, mut shadow_queries) = (&context.lights, [None; 3]);
         sampler.begin_bounce(bounce);
         if bounce > 0 {
             walk.limit = self.clamp.unwrap_or(f32::INFINITY);
@@ -110,30 +110,31 @@ impl Path {
         let direction = Vec3::from(ray.direction);
         let Some(point) = point else {
             for (radiance, pdf) in lights.seen_far(direction) {
-                walk.find(radiance, |_| pdf);
+                walk.add_emission(radiance, |_| pdf);
             }
-            return (questions, None);
+            return (shadow_queries, None);
         };
         if point.emission != Vec3::ZERO {
-            walk.find(point.emission, |from| {
+            walk.add_emission(point.emission, |from| {
                 lights.near_density(from, point.instance, point.primitive, point.position)
             });
         }
         if bounce == self.max_depth {
-            return (questions, None);
+            return (shadow_queries, None);
         }
         if scatter::is_non_specular(point) {
             let near = lights.sample_near(point, sampler);
             let punctual = lights.sample_punctual(point, sampler);
             let sun = lights.sample_sun(sampler);
-            questions = [walk.ask(point, near), walk.ask(point, punctual), walk.ask(point, sun)];
+            shadow_queries =
+                [walk.shadow_query(point, near), walk.shadow_query(point, punctual), walk.shadow_query(point, sun)];
         }
-        let Some(next) = scatter::sample(point, -direction, sampler) else { return (questions, None) };
+        let Some(next) = scatter::sample(point, -direction, sampler) else { return (shadow_queries, None) };
         walk.follow(point, &next);
         if bounce >= self.roulette_from && !walk.survives(sampler.next_1d()) {
-            return (questions, None);
+            return (shadow_queries, None);
         }
-        (questions, Some(Ray::new(point.offset_origin(next.direction).into(), next.direction.into())))
+        (shadow_queries, Some(Ray::new(point.offset_origin(next.direction).into(), next.direction.into())))
     }
 }
 
@@ -150,20 +151,20 @@ impl Walk {
     }
 
     /// Adds light that the path came upon. `pdf` says how likely asking from a place would have found it.
-    fn find(&mut self, radiance: Vec3, pdf: impl Fn(Vec3) -> f32) {
+    fn add_emission(&mut self, radiance: Vec3, pdf: impl Fn(Vec3) -> f32) {
         let weight = self.asked.map_or(1.0, |asked| weight(asked.pdf, pdf(asked.position)));
         self.add(self.throughput * radiance * weight);
     }
 
     /// What is to be asked about a sampled light; `None` when it would not be seen anyway.
-    fn ask(&self, point: &SurfaceInteraction<'_>, light: Option<LightSample>) -> Option<Question> {
+    fn shadow_query(&self, point: &SurfaceInteraction<'_>, light: Option<LightSample>) -> Option<ShadowQuery> {
         let light = light?;
         let (scattered, pdf) = scatter::evaluate(point, light.direction);
         if scattered == Vec3::ZERO {
             return None;
         }
         let weight = if light.is_delta { 1.0 } else { weight(light.pdf, pdf) };
-        Some(Question {
+        Some(ShadowQuery {
             ray: point.ray(light.direction, light.distance),
             carried: self.throughput * scattered,
             radiance: light.radiance,
@@ -172,8 +173,8 @@ impl Walk {
     }
 
     /// Adds the light that was asked for, as far as it got through.
-    pub(super) fn take(&mut self, question: &Question, passed: Vec3) {
-        self.add(question.carried * passed * question.radiance * question.scale);
+    pub(super) fn add_light_sample(&mut self, query: &ShadowQuery, passed: Vec3) {
+        self.add(query.carried * passed * query.radiance * query.scale);
     }
 
     fn add(&mut self, light: Vec3) {

@@ -10,7 +10,7 @@ use glam::Vec3;
 use kinetree::Ray;
 
 use super::Path;
-use super::path::{Question, Walk};
+use super::path::{ShadowQuery, Walk};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Tracer};
 
@@ -34,9 +34,9 @@ pub(super) fn radiances(
         for ((&number, ray), hit) in front.paths.iter().zip(&front.rays).zip(&hits) {
             let point = hit.as_ref().map(|hit| SurfaceInteraction::new(context.frame(), hit, ray.direction.into()));
             let (walk, sampler) = (&mut walks[number], &mut samplers[number]);
-            let (questions, ahead) = path.arrive(context, walk, (ray, point.as_ref()), sampler, bounce);
-            for (group, question) in groups.iter_mut().zip(questions) {
-                group.extend(question.map(|question| (number, question)));
+            let (shadow_queries, ahead) = path.arrive(context, walk, (ray, point.as_ref()), sampler, bounce);
+            for (group, query) in groups.iter_mut().zip(shadow_queries) {
+                group.extend(query.map(|query| (number, query)));
             }
             if let Some(ahead) = ahead {
                 next.paths.push(number);
@@ -66,13 +66,13 @@ struct Front {
 }
 
 /// What is asked of the lights of one group, with the number of the path: at most one question of each.
-type Group = Vec<(usize, Question)>;
+type Group = Vec<(usize, ShadowQuery)>;
 
 /// Looks which of the lights are seen, adds their light to the paths, and leaves the group empty.
 fn answer(group: &mut Group, tracer: &mut Tracer<'_>, samplers: &[Sampler], walks: &mut [Walk]) {
-    let rays: Vec<Ray> = group.iter().map(|(_, question)| question.ray).collect();
+    let rays: Vec<Ray> = group.iter().map(|(_, query)| query.ray).collect();
     let passed: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[group[ray].0].salt());
-    for ((number, question), passed) in group.drain(..).zip(passed) {
-        walks[number].take(&question, passed);
+    for ((number, query), passed) in group.drain(..).zip(passed) {
+        walks[number].add_light_sample(&query, passed);
     }
 }
