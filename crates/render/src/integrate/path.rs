@@ -35,7 +35,7 @@ impl Default for Path {
 
 /// The latest place at which lights were asked, and how the path left it.
 #[derive(Debug, Clone, Copy)]
-struct Asked {
+struct PreviousVertex {
     /// Where its rays started.
     position: Vec3,
     /// Per steradian.
@@ -44,15 +44,15 @@ struct Asked {
 
 /// A path on its way.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Walk {
-    gathered: Vec3,
+pub(super) struct PathState {
+    radiance: Vec3,
     throughput: Vec3,
     /// `None` when only mirrors and boundaries lie between here and the camera: then no light was asked about this way.
-    asked: Option<Asked>,
+    previous: Option<PreviousVertex>,
     /// Product of eta squared: how much radiance was compressed on the way in, and will be spread on the way out.
-    compressed: f32,
+    eta_scale: f32,
     /// What one contribution may add.
-    limit: f32,
+    clamp: f32,
 }
 
 /// What a path would get from a light of each group, if nothing stood in the way.
@@ -73,17 +73,17 @@ pub(super) struct ShadowQuery {
 impl Integrator for Path {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3] {
         let context = tracer.context();
-        let (mut ray, mut walk) = (*ray, Walk::default());
+        let (mut ray, mut state) = (*ray, PathState::default());
         for bounce in 0..=self.max_depth {
             let point = tracer.intersect(&ray);
-            let (shadow_queries, next) = self.arrive(context, &mut walk, (&ray, point.as_ref()), sampler, bounce);
+            let (shadow_queries, next) = self.arrive(context, &mut state, (&ray, point.as_ref()), sampler, bounce);
             for query in shadow_queries.iter().flatten() {
-                walk.add_light_sample(query, tracer.transmittance(&query.ray));
+                state.add_light_sample(query, tracer.transmittance(&query.ray));
             }
             let Some(next) = next else { break };
             ray = next;
         }
-        walk.gathered().into()
+        state.radiance().into()
     }
 
     fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
@@ -97,7 +97,7 @@ impl Path {
     pub(super) fn arrive(
         &self,
         context: &SceneContext<'_>,
-        walk: &mut Walk,
+        state: &mut PathState,
         (ray, point): (&Ray, Option<&SurfaceInteraction<'_>>),
         sampler: &mut Sampler,
         bounce: u32,
@@ -105,17 +105,17 @@ impl Path {
         let (lights, mut shadow_queries) = (&context.lights, [None; 3]);
         sampler.begin_bounce(bounce);
         if bounce > 0 {
-            walk.limit = self.clamp.unwrap_or(f32::INFINITY);
+            state.clamp = self.clamp.unwrap_or(f32::INFINITY);
         }
         let direction = Vec3::from(ray.direction);
         let Some(point) = point else {
             for (radiance, pdf) in lights.seen_far(direction) {
-                walk.add_emission(radiance, |_| pdf);
+                state.add_emission(radiance, |_| pdf);
             }
             return (shadow_queries, None);
         };
         if point.emission != Vec3::ZERO {
-            walk.add_emission(point.emission, |from| {
+            state.add_emission(point.emission, |from| {
                 lights.near_density(from, point.instance, point.primitive, point.position)
             });
         }
@@ -127,32 +127,32 @@ impl Path {
             let punctual = lights.sample_punctual(point, sampler);
             let sun = lights.sample_sun(sampler);
             shadow_queries =
-                [walk.shadow_query(point, near), walk.shadow_query(point, punctual), walk.shadow_query(point, sun)];
+                [state.shadow_query(point, near), state.shadow_query(point, punctual), state.shadow_query(point, sun)];
         }
         let Some(next) = scatter::sample(point, -direction, sampler) else { return (shadow_queries, None) };
-        walk.follow(point, &next);
-        if bounce >= self.roulette_from && !walk.survives(sampler.next_1d()) {
+        state.scatter(point, &next);
+        if bounce >= self.roulette_from && !state.survives_roulette(sampler.next_1d()) {
             return (shadow_queries, None);
         }
         (shadow_queries, Some(Ray::new(point.offset_origin(next.direction).into(), next.direction.into())))
     }
 }
 
-impl Default for Walk {
+impl Default for PathState {
     fn default() -> Self {
-        Self { gathered: Vec3::ZERO, throughput: Vec3::ONE, asked: None, compressed: 1.0, limit: f32::INFINITY }
+        Self { radiance: Vec3::ZERO, throughput: Vec3::ONE, previous: None, eta_scale: 1.0, clamp: f32::INFINITY }
     }
 }
 
-impl Walk {
+impl PathState {
     /// The light that the path has brought so far.
-    pub(super) fn gathered(&self) -> Vec3 {
-        self.gathered
+    pub(super) fn radiance(&self) -> Vec3 {
+        self.radiance
     }
 
     /// Adds light that the path came upon. `pdf` says how likely asking from a place would have found it.
     fn add_emission(&mut self, radiance: Vec3, pdf: impl Fn(Vec3) -> f32) {
-        let weight = self.asked.map_or(1.0, |asked| weight(asked.pdf, pdf(asked.position)));
+        let weight = self.previous.map_or(1.0, |previous| power_heuristic(previous.pdf, pdf(previous.position)));
         self.add(self.throughput * radiance * weight);
     }
 
@@ -163,7 +163,7 @@ impl Walk {
         if scattered == Vec3::ZERO {
             return None;
         }
-        let weight = if light.is_delta { 1.0 } else { weight(light.pdf, pdf) };
+        let weight = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, pdf) };
         Some(ShadowQuery {
             ray: point.ray(light.direction, light.distance),
             carried: self.throughput * scattered,
@@ -179,21 +179,21 @@ impl Walk {
 
     fn add(&mut self, light: Vec3) {
         let brightest = light.max_element();
-        self.gathered += if brightest > self.limit { light * (self.limit / brightest) } else { light };
+        self.radiance += if brightest > self.clamp { light * (self.clamp / brightest) } else { light };
     }
 
     /// Goes on in a direction.
-    fn follow(&mut self, point: &SurfaceInteraction<'_>, next: &BsdfSample) {
+    fn scatter(&mut self, point: &SurfaceInteraction<'_>, next: &BsdfSample) {
         self.throughput *= next.weight;
         match next.kind {
             ScatterKind::NonSpecular { pdf } => {
                 let position = point.offset_origin(point.geometric_normal);
-                self.asked = Some(Asked { position, pdf });
+                self.previous = Some(PreviousVertex { position, pdf });
             }
-            ScatterKind::SpecularReflection => self.asked = None,
+            ScatterKind::SpecularReflection => self.previous = None,
             ScatterKind::SpecularTransmission { eta } => {
-                self.asked = None;
-                self.compressed *= eta * eta;
+                self.previous = None;
+                self.eta_scale *= eta * eta;
             }
             // Asking lights does not know what panes are on the way when it weighs: neither does this, so that the weights of
             // the two ways sum to one.
@@ -203,8 +203,8 @@ impl Walk {
 
     /// Roulette: the path goes on as likely as it carries light, and carries accordingly more. What was compressed by a
     /// dense medium does not count as lost.
-    fn survives(&mut self, u: f32) -> bool {
-        let chance = (self.throughput.max_element() * self.compressed).min(1.0);
+    fn survives_roulette(&mut self, u: f32) -> bool {
+        let chance = (self.throughput.max_element() * self.eta_scale).min(1.0);
         if u >= chance {
             return false;
         }
@@ -214,7 +214,7 @@ impl Walk {
 }
 
 /// The power heuristic with the square, for a way of pdf `own` against another of pdf `other`.
-fn weight(own: f32, other: f32) -> f32 {
+fn power_heuristic(own: f32, other: f32) -> f32 {
     let ratio = other / own;
     let weight = 1.0 / (1.0 + ratio * ratio);
     if weight.is_finite() { weight } else { 0.0 }
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn the_weights_of_two_ways_sum_to_one() {
         for (a, b) in [(1.0, 1.0), (0.1, 3.0), (1e-20, 1e20), (0.0, 1.0), (1.0, 0.0)] {
-            assert!((weight(a, b) + weight(b, a) - 1.0).abs() < 1e-6, "{a} {b}");
+            assert!((power_heuristic(a, b) + power_heuristic(b, a) - 1.0).abs() < 1e-6, "{a} {b}");
         }
     }
 }

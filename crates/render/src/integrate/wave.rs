@@ -10,7 +10,7 @@ use glam::Vec3;
 use kinetree::Ray;
 
 use super::Path;
-use super::path::{ShadowQuery, Walk};
+use super::path::{PathState, ShadowQuery};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Tracer};
 
@@ -23,7 +23,7 @@ pub(super) fn radiances(
     colors: &mut [[f32; 3]],
 ) {
     let context = tracer.context();
-    let mut walks = vec![Walk::default(); rays.len()];
+    let mut states = vec![PathState::default(); rays.len()];
     let mut front = Front { paths: (0..rays.len()).collect(), rays: rays.to_vec() };
     let (mut next, mut hits) = (Front::default(), Vec::new());
     let mut groups: [Group; 3] = Default::default();
@@ -33,8 +33,8 @@ pub(super) fn radiances(
         tracer.closest_hits(&front.rays, &|ray| samplers[front.paths[ray]].salt(), &mut hits);
         for ((&number, ray), hit) in front.paths.iter().zip(&front.rays).zip(&hits) {
             let point = hit.as_ref().map(|hit| SurfaceInteraction::new(context.frame(), hit, ray.direction.into()));
-            let (walk, sampler) = (&mut walks[number], &mut samplers[number]);
-            let (shadow_queries, ahead) = path.arrive(context, walk, (ray, point.as_ref()), sampler, bounce);
+            let (state, sampler) = (&mut states[number], &mut samplers[number]);
+            let (shadow_queries, ahead) = path.arrive(context, state, (ray, point.as_ref()), sampler, bounce);
             for (group, query) in groups.iter_mut().zip(shadow_queries) {
                 group.extend(query.map(|query| (number, query)));
             }
@@ -44,7 +44,7 @@ pub(super) fn radiances(
             }
         }
         for group in &mut groups {
-            answer(group, tracer, samplers, &mut walks);
+            answer(group, tracer, samplers, &mut states);
         }
         std::mem::swap(&mut front, &mut next);
         next.paths.clear();
@@ -53,8 +53,8 @@ pub(super) fn radiances(
             break;
         }
     }
-    for (color, walk) in colors.iter_mut().zip(&walks) {
-        *color = walk.gathered().into();
+    for (color, state) in colors.iter_mut().zip(&states) {
+        *color = state.radiance().into();
     }
 }
 
@@ -69,10 +69,10 @@ struct Front {
 type Group = Vec<(usize, ShadowQuery)>;
 
 /// Looks which of the lights are seen, adds their light to the paths, and leaves the group empty.
-fn answer(group: &mut Group, tracer: &mut Tracer<'_>, samplers: &[Sampler], walks: &mut [Walk]) {
+fn answer(group: &mut Group, tracer: &mut Tracer<'_>, samplers: &[Sampler], states: &mut [PathState]) {
     let rays: Vec<Ray> = group.iter().map(|(_, query)| query.ray).collect();
     let passed: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[group[ray].0].salt());
     for ((number, query), passed) in group.drain(..).zip(passed) {
-        walks[number].add_light_sample(&query, passed);
+        states[number].add_light_sample(&query, passed);
     }
 }
