@@ -28,7 +28,7 @@
 //! | what worlds are made of | `world`, `look`, `texture`, `light`, `camera` |
 //! | for who brings no light and no camera | `lighting`, `framing` |
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
-//! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wave`; `coherent_runs` |
+//! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wavefront`; `coherent_runs` |
 //! | rays through a frame | `scene_context`, `tracer` |
 //! | what happens at a place | `shading_attributes`, `interaction`, `scatter`, `thin_glass` |
 //! | where light comes from | `lights` |

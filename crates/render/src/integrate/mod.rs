@@ -10,7 +10,7 @@ mod motion;
 mod normals;
 mod path;
 mod simple_path;
-mod wave;
+mod wavefront;
 
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;

@@ -2,7 +2,7 @@
 //! paths find by themselves is weighed against that by the power heuristic. Paths that carry little are ended by Russian
 //! roulette.
 //!
-//! `radiance` follows one path to its end, `wave.rs` many at once; what happens at a place is the same.
+//! `radiance` follows one path to its end, `wavefront.rs` many at once; what happens at a place is the same.
 //!
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"; Arvo and Kirk 1990,
 //! "Particle Transport and Image Synthesis" (roulette).
@@ -10,7 +10,7 @@
 use glam::Vec3;
 use kinetree::Ray;
 
-use super::{Integrator, wave};
+use super::{Integrator, wavefront};
 use crate::interaction::SurfaceInteraction;
 use crate::lights::LightSample;
 use crate::scatter::{BsdfSample, ScatterKind};
@@ -76,7 +76,8 @@ impl Integrator for Path {
         let (mut ray, mut state) = (*ray, PathState::default());
         for bounce in 0..=self.max_depth {
             let point = tracer.intersect(&ray);
-            let (shadow_queries, next) = self.arrive(context, &mut state, (&ray, point.as_ref()), sampler, bounce);
+            let (shadow_queries, next) =
+                self.shade_vertex(context, &mut state, (&ray, point.as_ref()), sampler, bounce);
             for query in shadow_queries.iter().flatten() {
                 state.add_light_sample(query, tracer.transmittance(&query.ray));
             }
@@ -87,14 +88,14 @@ impl Integrator for Path {
     }
 
     fn radiances(&self, tracer: &mut Tracer<'_>, rays: &[Ray], samplers: &mut [Sampler], colors: &mut [[f32; 3]]) {
-        wave::radiances(self, tracer, rays, samplers, colors);
+        wavefront::radiances(self, tracer, rays, samplers, colors);
     }
 }
 
 impl Path {
     /// What happens where a ray arrives, at a point or nowhere: the light found there is added, and lights are chosen to be
     /// asked. Gives the ray on which the path goes on, if it does.
-    pub(super) fn arrive(
+    pub(super) fn shade_vertex(
         &self,
         context: &SceneContext<'_>,
         state: &mut PathState,

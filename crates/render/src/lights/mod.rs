@@ -27,7 +27,7 @@ use emitters::Emitter;
 use far::Sun;
 use punctual::Punctual;
 
-/// Light that would arrive at a place if nothing stood in its way.
+/// Light that would shade_vertex at a place if nothing stood in its way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LightSample {
     /// Unit, to the light.

@@ -1,7 +1,7 @@
 //! Many paths at once, bounce by bounce: all rays of a bounce are traced together, then all that ask for lights, so that
 //! those that go alike share the walk through the trees.
 //!
-//! What happens at a place is [`Path::arrive`], as for a path that is followed alone, and every path adds up its light in the
+//! What happens at a place is [`Path::shade_vertex`], as for a path that is followed alone, and every path adds up its light in the
 //! same order: [`Path::radiance`](super::Integrator::radiance) is the slow twin, and pictures are the same to the bit.
 //!
 //! Laine, Karras and Aila 2013, "Megakernels Considered Harmful: Wavefront Path Tracing on GPUs".
@@ -24,32 +24,32 @@ pub(super) fn radiances(
 ) {
     let context = tracer.context();
     let mut states = vec![PathState::default(); rays.len()];
-    let mut front = Front { paths: (0..rays.len()).collect(), rays: rays.to_vec() };
-    let (mut next, mut hits) = (Front::default(), Vec::new());
-    let mut groups: [Group; 3] = Default::default();
+    let mut current = RayQueue { paths: (0..rays.len()).collect(), rays: rays.to_vec() };
+    let (mut next, mut hits) = (RayQueue::default(), Vec::new());
+    let mut shadow_queues: [ShadowQueue; 3] = Default::default();
     for bounce in 0..=path.max_depth {
         hits.clear();
-        hits.resize(front.rays.len(), None);
-        tracer.closest_hits(&front.rays, &|ray| samplers[front.paths[ray]].salt(), &mut hits);
-        for ((&number, ray), hit) in front.paths.iter().zip(&front.rays).zip(&hits) {
+        hits.resize(current.rays.len(), None);
+        tracer.closest_hits(&current.rays, &|ray| samplers[current.paths[ray]].salt(), &mut hits);
+        for ((&number, ray), hit) in current.paths.iter().zip(&current.rays).zip(&hits) {
             let point = hit.as_ref().map(|hit| SurfaceInteraction::new(context.frame(), hit, ray.direction.into()));
             let (state, sampler) = (&mut states[number], &mut samplers[number]);
-            let (shadow_queries, ahead) = path.arrive(context, state, (ray, point.as_ref()), sampler, bounce);
-            for (group, query) in groups.iter_mut().zip(shadow_queries) {
-                group.extend(query.map(|query| (number, query)));
+            let (shadow_queries, next_ray) = path.shade_vertex(context, state, (ray, point.as_ref()), sampler, bounce);
+            for (queue, query) in shadow_queues.iter_mut().zip(shadow_queries) {
+                queue.extend(query.map(|query| (number, query)));
             }
-            if let Some(ahead) = ahead {
+            if let Some(next_ray) = next_ray {
                 next.paths.push(number);
-                next.rays.push(ahead);
+                next.rays.push(next_ray);
             }
         }
-        for group in &mut groups {
-            answer(group, tracer, samplers, &mut states);
+        for queue in &mut shadow_queues {
+            trace_shadow_rays(queue, tracer, samplers, &mut states);
         }
-        std::mem::swap(&mut front, &mut next);
+        std::mem::swap(&mut current, &mut next);
         next.paths.clear();
         next.rays.clear();
-        if front.paths.is_empty() {
+        if current.paths.is_empty() {
             break;
         }
     }
@@ -60,19 +60,19 @@ pub(super) fn radiances(
 
 /// The paths that are still on their way, by number, and their rays.
 #[derive(Default)]
-struct Front {
+struct RayQueue {
     paths: Vec<usize>,
     rays: Vec<Ray>,
 }
 
 /// What is asked of the lights of one group, with the number of the path: at most one question of each.
-type Group = Vec<(usize, ShadowQuery)>;
+type ShadowQueue = Vec<(usize, ShadowQuery)>;
 
 /// Looks which of the lights are seen, adds their light to the paths, and leaves the group empty.
-fn answer(group: &mut Group, tracer: &mut Tracer<'_>, samplers: &[Sampler], states: &mut [PathState]) {
-    let rays: Vec<Ray> = group.iter().map(|(_, query)| query.ray).collect();
-    let passed: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[group[ray].0].salt());
-    for ((number, query), passed) in group.drain(..).zip(passed) {
+fn trace_shadow_rays(queue: &mut ShadowQueue, tracer: &mut Tracer<'_>, samplers: &[Sampler], states: &mut [PathState]) {
+    let rays: Vec<Ray> = queue.iter().map(|(_, query)| query.ray).collect();
+    let passed: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[queue[ray].0].salt());
+    for ((number, query), passed) in queue.drain(..).zip(passed) {
         states[number].add_light_sample(&query, passed);
     }
 }
