@@ -32,7 +32,7 @@ pub fn daylight() -> (Sky, Light) {
 /// Traces a picture of a few hundred pixels if there are such lights.
 pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
     let lights = LightTable::new(frame);
-    if lights.is_empty() || lights.has_far() {
+    if lights.is_empty() || lights.has_infinite() {
         return lights.is_empty();
     }
     looks_dark(frame, camera)

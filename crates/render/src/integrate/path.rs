@@ -1,8 +1,9 @@
-//! Path tracing that asks the lights: at every place that spreads light, one light of each group is sampled, and what
-//! paths find by themselves is weighed against that by the power heuristic. Paths that carry little are ended by Russian
-//! roulette.
+//! Path tracing with next event estimation: at every non-specular vertex one light of each group is
+//! sampled, and combined with BSDF sampling by multiple importance sampling with the power
+//! heuristic. Paths of small throughput are ended by Russian roulette.
 //!
-//! `radiance` follows one path to its end, `wavefront.rs` many at once; what happens at a place is the same.
+//! [`Integrator::radiance`] follows one path to its end, `wavefront.rs` many at once; both shade
+//! their vertices with [`Path::shade_vertex`].
 //!
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"; Arvo and Kirk 1990,
 //! "Particle Transport and Image Synthesis" (roulette).
@@ -16,14 +17,15 @@ use crate::lights::LightSample;
 use crate::scatter::{BsdfSample, ScatterKind};
 use crate::{Sampler, SceneContext, Tracer, scatter};
 
-/// Unbiased light transport, up to the number of bounces.
+/// A path tracer, unbiased up to the number of bounces.
 #[derive(Debug, Clone, Copy)]
 pub struct Path {
     /// How often a path may scatter.
     pub max_depth: u32,
-    /// The most radiance that one path may bring from beyond its first bounce, if bounded: less noise, and less light.
+    /// Upper bound of a single contribution from beyond the first bounce, radiance, if there is one:
+    /// less noise, but biased towards dark.
     pub clamp: Option<f32>,
-    /// The bounce from which paths may end by roulette.
+    /// The bounce from which paths may be ended by Russian roulette.
     pub roulette_from: u32,
 }
 
@@ -33,40 +35,44 @@ impl Default for Path {
     }
 }
 
-/// The latest place at which lights were asked, and how the path left it.
+/// The last vertex at which lights were sampled, and how the path left it.
 #[derive(Debug, Clone, Copy)]
 struct PreviousVertex {
-    /// Where its rays started.
+    /// Where its shadow rays started, world space.
     position: Vec3,
-    /// Per steradian.
+    /// Pdf of the direction that BSDF sampling chose there, per steradian.
     pdf: f32,
 }
 
-/// A path on its way.
+/// A path that has not ended yet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PathState {
+    /// Radiance that the path has collected so far.
     radiance: Vec3,
     throughput: Vec3,
-    /// `None` when only mirrors and boundaries lie between here and the camera: then no light was asked about this way.
+    /// `None` when the last vertex was specular, or there was none: then light sampling could not have
+    /// found what BSDF sampling finds.
     previous: Option<PreviousVertex>,
-    /// Product of eta squared: how much radiance was compressed on the way in, and will be spread on the way out.
+    /// Product of the squared relative indices of refraction, which takes the scaling of radiance by
+    /// refraction out of the throughput for Russian roulette.
     eta_scale: f32,
-    /// What one contribution may add.
+    /// Upper bound of a single contribution.
     clamp: f32,
 }
 
-/// What a path would get from a light of each group, if nothing stood in the way.
+/// One light sample per group of lights, whose visibility has to be tested.
 pub(super) type ShadowQueries = [Option<ShadowQuery>; 3];
 
-/// A light that is asked for.
+/// A light sample whose visibility has to be tested.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShadowQuery {
-    /// From the place to the light.
+    /// From the vertex to the light.
     pub(super) ray: Ray,
-    /// What the path brings to the camera of the light that arrives.
-    carried: Vec3,
+    /// Throughput times BSDF times cosine.
+    throughput: Vec3,
+    /// Radiance of the light sample.
     radiance: Vec3,
-    /// Weight over pdf.
+    /// Weight of multiple importance sampling over pdf.
     scale: f32,
 }
 
@@ -93,8 +99,9 @@ impl Integrator for Path {
 }
 
 impl Path {
-    /// What happens where a ray arrives, at a point or nowhere: the light found there is added, and lights are chosen to be
-    /// asked. Gives the ray on which the path goes on, if it does.
+    /// Shades the vertex where a ray of the path ends (`None`: it left the scene): adds emitted
+    /// radiance, samples lights and the BSDF. Returns the light samples whose visibility has to be
+    /// tested, and the next ray, if the path goes on.
     pub(super) fn shade_vertex(
         &self,
         context: &SceneContext<'_>,
@@ -110,25 +117,25 @@ impl Path {
         }
         let direction = Vec3::from(ray.direction);
         let Some(point) = point else {
-            for (radiance, pdf) in lights.seen_far(direction) {
+            for (radiance, pdf) in lights.infinite_lights(direction) {
                 state.add_emission(radiance, |_| pdf);
             }
             return (shadow_queries, None);
         };
         if point.emission != Vec3::ZERO {
             state.add_emission(point.emission, |from| {
-                lights.near_density(from, point.instance, point.primitive, point.position)
+                lights.area_light_pdf(from, point.instance, point.primitive, point.position)
             });
         }
         if bounce == self.max_depth {
             return (shadow_queries, None);
         }
         if scatter::is_non_specular(point) {
-            let near = lights.sample_near(point, sampler);
+            let area = lights.sample_area_light(point, sampler);
             let punctual = lights.sample_punctual(point, sampler);
             let sun = lights.sample_sun(sampler);
             shadow_queries =
-                [state.shadow_query(point, near), state.shadow_query(point, punctual), state.shadow_query(point, sun)];
+                [state.shadow_query(point, area), state.shadow_query(point, punctual), state.shadow_query(point, sun)];
         }
         let Some(next) = scatter::sample(point, -direction, sampler) else { return (shadow_queries, None) };
         state.scatter(point, &next);
@@ -146,18 +153,19 @@ impl Default for PathState {
 }
 
 impl PathState {
-    /// The light that the path has brought so far.
+    /// Radiance that the path has collected so far.
     pub(super) fn radiance(&self) -> Vec3 {
         self.radiance
     }
 
-    /// Adds light that the path came upon. `pdf` says how likely asking from a place would have found it.
+    /// Adds emitted radiance found by BSDF sampling. `pdf` is that of light sampling at a position for
+    /// the same direction.
     fn add_emission(&mut self, radiance: Vec3, pdf: impl Fn(Vec3) -> f32) {
         let weight = self.previous.map_or(1.0, |previous| power_heuristic(previous.pdf, pdf(previous.position)));
         self.add(self.throughput * radiance * weight);
     }
 
-    /// What is to be asked about a sampled light; `None` when it would not be seen anyway.
+    /// The visibility test for a light sample; `None` when it would not contribute.
     fn shadow_query(&self, point: &SurfaceInteraction<'_>, light: Option<LightSample>) -> Option<ShadowQuery> {
         let light = light?;
         let (scattered, pdf) = scatter::evaluate(point, light.direction);
@@ -167,15 +175,15 @@ impl PathState {
         let weight = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, pdf) };
         Some(ShadowQuery {
             ray: point.ray(light.direction, light.distance),
-            carried: self.throughput * scattered,
+            throughput: self.throughput * scattered,
             radiance: light.radiance,
             scale: weight / light.pdf,
         })
     }
 
-    /// Adds the light that was asked for, as far as it got through.
-    pub(super) fn add_light_sample(&mut self, query: &ShadowQuery, passed: Vec3) {
-        self.add(query.carried * passed * query.radiance * query.scale);
+    /// Adds a light sample, times the transmittance of its shadow ray.
+    pub(super) fn add_light_sample(&mut self, query: &ShadowQuery, transmittance: Vec3) {
+        self.add(query.throughput * transmittance * query.radiance * query.scale);
     }
 
     fn add(&mut self, light: Vec3) {
@@ -183,7 +191,7 @@ impl PathState {
         self.radiance += if brightest > self.clamp { light * (self.clamp / brightest) } else { light };
     }
 
-    /// Goes on in a direction.
+    /// Goes on in a sampled direction.
     fn scatter(&mut self, point: &SurfaceInteraction<'_>, next: &BsdfSample) {
         self.throughput *= next.weight;
         match next.kind {
@@ -196,25 +204,25 @@ impl PathState {
                 self.previous = None;
                 self.eta_scale *= eta * eta;
             }
-            // Asking lights does not know what panes are on the way when it weighs: neither does this, so that the weights of
-            // the two ways sum to one.
+            // Light sampling computes its weight without the thin glass on the way. The previous vertex
+            // is kept here too, so that the weights of both techniques sum to one.
             ScatterKind::StraightThrough => {}
         }
     }
 
-    /// Roulette: the path goes on as likely as it carries light, and carries accordingly more. What was compressed by a
-    /// dense medium does not count as lost.
+    /// Russian roulette: the path survives with a probability of its throughput, which is divided by it.
     fn survives_roulette(&mut self, u: f32) -> bool {
-        let chance = (self.throughput.max_element() * self.eta_scale).min(1.0);
-        if u >= chance {
+        let probability = (self.throughput.max_element() * self.eta_scale).min(1.0);
+        if u >= probability {
             return false;
         }
-        self.throughput /= chance;
+        self.throughput /= probability;
         true
     }
 }
 
-/// The power heuristic with the square, for a way of pdf `own` against another of pdf `other`.
+/// The power heuristic with exponent 2: the weight of a technique with pdf `own` against another with
+/// pdf `other` (Veach and Guibas 1995).
 fn power_heuristic(own: f32, other: f32) -> f32 {
     let ratio = other / own;
     let weight = 1.0 / (1.0 + ratio * ratio);
@@ -226,7 +234,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_weights_of_two_ways_sum_to_one() {
+    fn the_weights_of_two_techniques_sum_to_one() {
         for (a, b) in [(1.0, 1.0), (0.1, 3.0), (1e-20, 1e20), (0.0, 1.0), (1.0, 0.0)] {
             assert!((power_heuristic(a, b) + power_heuristic(b, a) - 1.0).abs() < 1e-6, "{a} {b}");
         }

@@ -1,8 +1,8 @@
-//! Path tracing as plainly as it can be said: follow the light back from the camera, scatter as the surface does, and add
-//! what shines.
+//! Path tracing in its simplest form: follow a path from the camera, sample the BSDF at each vertex,
+//! and add what is emitted.
 //!
-//! Only lights without extent are asked directly, since no path would ever find them. Kajiya 1986, "The Rendering
-//! Equation".
+//! Only delta lights are sampled directly, since BSDF sampling cannot find them. Kajiya 1986, "The
+//! Rendering Equation".
 
 use glam::Vec3;
 use kinetree::Ray;
@@ -25,7 +25,7 @@ impl Integrator for SimplePath {
             sampler.begin_bounce(bounce);
             let direction = Vec3::from(ray.direction);
             let Some(point) = tracer.intersect(&ray) else {
-                let seen: Vec3 = lights.seen_far(direction).map(|(radiance, _)| radiance).sum();
+                let seen: Vec3 = lights.infinite_lights(direction).map(|(radiance, _)| radiance).sum();
                 return (gathered + throughput * seen).into();
             };
             gathered += throughput * point.emission;
@@ -33,7 +33,7 @@ impl Integrator for SimplePath {
                 break;
             }
             if scatter::is_non_specular(&point) {
-                for light in lights.deltas(point.offset_origin(point.geometric_normal)) {
+                for light in lights.delta_lights(point.offset_origin(point.geometric_normal)) {
                     let (scattered, _) = scatter::evaluate(&point, light.direction);
                     if scattered != Vec3::ZERO {
                         let arriving =

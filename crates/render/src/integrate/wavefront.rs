@@ -1,8 +1,9 @@
-//! Many paths at once, bounce by bounce: all rays of a bounce are traced together, then all that ask for lights, so that
-//! those that go alike share the walk through the trees.
+//! Wavefront path tracing: many paths at once, bounce by bounce. All rays of a bounce are traced
+//! together, then all shadow rays, so that coherent ones are traced as packets.
 //!
-//! What happens at a place is [`Path::shade_vertex`], as for a path that is followed alone, and every path adds up its light in the
-//! same order: [`Path::radiance`](super::Integrator::radiance) is the slow twin, and pictures are the same to the bit.
+//! Vertices are shaded by [`Path::shade_vertex`], as for a single path, and every path adds up its
+//! contributions in the same order: [`Path::radiance`](super::Integrator::radiance) is the slow twin,
+//! and pictures are the same to the bit.
 //!
 //! Laine, Karras and Aila 2013, "Megakernels Considered Harmful: Wavefront Path Tracing on GPUs".
 
@@ -14,7 +15,7 @@ use super::path::{PathState, ShadowQuery};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, Tracer};
 
-/// The light that comes along each ray from the camera.
+/// The radiance along each camera ray.
 pub(super) fn radiances(
     path: &Path,
     tracer: &mut Tracer<'_>,
@@ -31,15 +32,15 @@ pub(super) fn radiances(
         hits.clear();
         hits.resize(current.rays.len(), None);
         tracer.closest_hits(&current.rays, &|ray| samplers[current.paths[ray]].salt(), &mut hits);
-        for ((&number, ray), hit) in current.paths.iter().zip(&current.rays).zip(&hits) {
+        for ((&index, ray), hit) in current.paths.iter().zip(&current.rays).zip(&hits) {
             let point = hit.as_ref().map(|hit| SurfaceInteraction::new(context.frame(), hit, ray.direction.into()));
-            let (state, sampler) = (&mut states[number], &mut samplers[number]);
+            let (state, sampler) = (&mut states[index], &mut samplers[index]);
             let (shadow_queries, next_ray) = path.shade_vertex(context, state, (ray, point.as_ref()), sampler, bounce);
             for (queue, query) in shadow_queues.iter_mut().zip(shadow_queries) {
-                queue.extend(query.map(|query| (number, query)));
+                queue.extend(query.map(|query| (index, query)));
             }
             if let Some(next_ray) = next_ray {
-                next.paths.push(number);
+                next.paths.push(index);
                 next.rays.push(next_ray);
             }
         }
@@ -58,21 +59,21 @@ pub(super) fn radiances(
     }
 }
 
-/// The paths that are still on their way, by number, and their rays.
+/// The next ray of each path that goes on, and the index of the path.
 #[derive(Default)]
 struct RayQueue {
     paths: Vec<usize>,
     rays: Vec<Ray>,
 }
 
-/// What is asked of the lights of one group, with the number of the path: at most one question of each.
+/// Light samples of one group of lights, with the index of the path: at most one per path.
 type ShadowQueue = Vec<(usize, ShadowQuery)>;
 
-/// Looks which of the lights are seen, adds their light to the paths, and leaves the group empty.
+/// Traces the shadow rays of a queue, adds the light samples to their paths, and empties the queue.
 fn trace_shadow_rays(queue: &mut ShadowQueue, tracer: &mut Tracer<'_>, samplers: &[Sampler], states: &mut [PathState]) {
     let rays: Vec<Ray> = queue.iter().map(|(_, query)| query.ray).collect();
-    let passed: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[queue[ray].0].salt());
-    for ((number, query), passed) in queue.drain(..).zip(passed) {
-        states[number].add_light_sample(&query, passed);
+    let transmittances: Vec<Vec3> = tracer.transmittances(&rays, &|ray| samplers[queue[ray].0].salt());
+    for ((index, query), transmittance) in queue.drain(..).zip(transmittances) {
+        states[index].add_light_sample(&query, transmittance);
     }
 }

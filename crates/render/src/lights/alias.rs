@@ -1,4 +1,4 @@
-//! Choosing one of many with given weights, in constant time.
+//! Drawing an index with given weights in constant time.
 //!
 //! Vose 1991, "A Linear Algorithm for Generating Random Numbers with a Given Distribution".
 
@@ -7,13 +7,13 @@
 /// 2. an index whose weight was zero is never drawn.
 #[derive(Debug, Default, Clone)]
 pub(super) struct AliasTable {
-    /// The part of a slot that belongs to the slot's own index, and who owns the rest.
+    /// The part of a slot that belongs to its own index, and the index that the rest belongs to.
     slots: Vec<(f32, u32)>,
     probabilities: Vec<f32>,
 }
 
 impl AliasTable {
-    /// From finite weights that are not negative. Without a positive one, the table is empty.
+    /// From finite weights that are not negative. Without a positive weight, the table is empty.
     pub(super) fn new(weights: &[f64]) -> Self {
         let total: f64 = weights.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
@@ -23,19 +23,19 @@ impl AliasTable {
         let mut share: Vec<f64> = weights.iter().map(|weight| weight / total * count as f64).collect();
         let probabilities = weights.iter().map(|weight| (weight / total) as f32).collect();
         let mut slots: Vec<(f32, u32)> = (0..count).map(|index| (1.0, index as u32)).collect();
-        let (mut poor, mut rich): (Vec<usize>, Vec<usize>) = (0..count).partition(|&index| share[index] < 1.0);
-        while let (Some(&giver), Some(taker)) = (rich.last(), poor.pop()) {
-            slots[taker] = (share[taker] as f32, giver as u32);
-            share[giver] -= 1.0 - share[taker];
-            if share[giver] < 1.0 {
-                rich.pop();
-                poor.push(giver);
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..count).partition(|&index| share[index] < 1.0);
+        while let (Some(&donor), Some(receiver)) = (large.last(), small.pop()) {
+            slots[receiver] = (share[receiver] as f32, donor as u32);
+            share[donor] -= 1.0 - share[receiver];
+            if share[donor] < 1.0 {
+                large.pop();
+                small.push(donor);
             }
         }
-        // Rounding may leave somebody poor without a giver. Their share is one but for rounding, unless their weight was
-        // zero: those go to the heaviest.
+        // Rounding may leave small shares without a large one to fill their slots. Such a share is 1 but
+        // for rounding, unless its weight was zero: the slots of these go to the heaviest index.
         let heaviest = (0..count).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
-        for index in poor {
+        for index in small {
             if share[index] < 0.5 {
                 slots[index] = (share[index] as f32, heaviest as u32);
             }
@@ -43,17 +43,18 @@ impl AliasTable {
         Self { slots, probabilities }
     }
 
-    /// Whether there is nothing to draw.
+    /// Whether there is no index to draw.
     pub(super) fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }
 
-    /// How likely an index is drawn; zero for one that is not in the table.
+    /// The probability of an index; zero for one that is not in the table.
     pub(super) fn probability(&self, index: usize) -> f32 {
         self.probabilities.get(index).copied().unwrap_or(0.0)
     }
 
-    /// Draws an index: `bits` choose the slot, `u` in 0..1 the owner within it. `None` when the table is empty.
+    /// Draws an index: `bits` choose the slot, `u` in 0..1 the index within it. `None` when the table is
+    /// empty.
     pub(super) fn draw(&self, bits: u32, u: f32) -> Option<usize> {
         let slot = ((u64::from(bits) * self.slots.len() as u64) >> 32) as usize;
         let &(own, other) = self.slots.get(slot)?;

@@ -1,4 +1,4 @@
-//! Triangles that emit: which they are, a point on one, and how likely that point was.
+//! Emissive triangles as area lights: finding them, sampling points on them, and the pdf.
 
 use std::f32::consts::PI;
 
@@ -12,7 +12,7 @@ use crate::shading_attributes::ShadingAttributes;
 use crate::warp;
 use crate::{Frame, Surface};
 
-/// A triangle that emits, in the world.
+/// An emissive triangle in world space.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Emitter {
     /// Dense index of the instance.
@@ -20,16 +20,16 @@ pub(super) struct Emitter {
     /// Index of the triangle in its mesh.
     pub(super) primitive: u32,
     corners: [Vec3; 3],
-    /// Unit, on the side from which the corners run counter-clockwise.
+    /// Unit normal, on the side from which the vertices run counter-clockwise.
     normal: Vec3,
     /// Square metres.
     pub(super) area: f32,
-    /// Emitted by all sides together: luminance of the flux.
+    /// Luminance of the emitted flux, of both sides if both emit.
     pub(super) power: f32,
 }
 
-/// All triangles of a frame that emit, by ascending instance and primitive.
-pub(super) fn gather(frame: &Frame) -> Vec<Emitter> {
+/// All emissive triangles of a frame, by ascending instance and primitive.
+pub(super) fn collect(frame: &Frame) -> Vec<Emitter> {
     let emits = |material: u32| {
         frame.material_set.materials.get(material as usize).is_some_and(|material| material.is_emissive())
     };
@@ -47,17 +47,18 @@ pub(super) fn gather(frame: &Frame) -> Vec<Emitter> {
     emitters
 }
 
-/// The runs of triangles of a surface, and their materials.
+/// The ranges of triangles with the same material, and that material.
 fn runs(surface: &Surface, count: u32) -> impl Iterator<Item = (std::ops::Range<u32>, u32)> + '_ {
     let ends = surface.parts.iter().skip(1).map(|part| part.first_triangle).chain([count]);
     surface.parts.iter().zip(ends).map(move |(part, end)| (part.first_triangle..end.min(count), part.material))
 }
 
-/// Side of the triangle of places at which emission and opacity are looked up to estimate a triangle's power.
+/// Rows of the triangular grid of points at which emission and opacity are evaluated to estimate a
+/// triangle's power.
 const PROBES: u32 = 4;
 
 impl Emitter {
-    /// `None` for a triangle that sends out nothing to speak of: without area, or black wherever its texture was probed.
+    /// `None` for a triangle without power: without area, or black wherever its texture was evaluated.
     fn new(frame: &Frame, instance: &InstanceView<'_>, primitive: u32) -> Option<Self> {
         let local =
             instance.triangles()[primitive as usize].map(|vertex| Vec3::from(instance.positions()[vertex as usize]));
@@ -67,12 +68,12 @@ impl Emitter {
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let area = (0.5 * (b - a).cross(c - a).length()) as f32;
 
-        let mut shine = 0.0;
+        let mut emitted = 0.0;
         for row in 0..PROBES {
             for column in 0..PROBES - row {
                 let at = [(row as f32 + 1.0 / 3.0) / PROBES as f32, (column as f32 + 1.0 / 3.0) / PROBES as f32];
                 let attributes = ShadingAttributes::at(&frame.material_set, instance, primitive, at);
-                shine += luminance(attributes.emission()) * attributes.opacity();
+                emitted += luminance(attributes.emission()) * attributes.opacity();
             }
         }
         let sides = if ShadingAttributes::at(&frame.material_set, instance, primitive, [0.3; 2]).material.two_sided {
@@ -80,7 +81,7 @@ impl Emitter {
         } else {
             1.0
         };
-        let power = shine / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
+        let power = emitted / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
         (power > 0.0 && power.is_finite()).then_some(Self {
             instance: instance.index(),
             primitive,
@@ -91,7 +92,8 @@ impl Emitter {
         })
     }
 
-    /// Density per solid angle at `from` of a point `at` that is drawn uniformly by area. Zero for what is seen edge on.
+    /// Pdf per steradian, seen from `from`, of a point `at` that is sampled uniformly by area. Zero for a
+    /// triangle that is seen edge on.
     pub(super) fn pdf(&self, from: Vec3, at: Vec3) -> f32 {
         let offset = at - from;
         let squared = offset.length_squared();
@@ -100,7 +102,7 @@ impl Emitter {
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// Light from a point of the triangle, uniform by area.
+    /// Samples a point of the triangle uniformly by area.
     pub(super) fn sample(&self, frame: &Frame, from: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let [v, w] = warp::triangle(u.into());
         let [a, b, c] = self.corners;
@@ -114,21 +116,24 @@ impl Emitter {
         let pdf = self.pdf(from, at);
         let direction = (at - from).normalize();
         let ray = Ray::new(from.into(), direction.into());
-        let distance = distance_to(&instance, self.primitive, self.corners, &ray)? * SHORT_OF;
+        let distance = distance_to(&instance, self.primitive, self.corners, &ray)? * SHADOW_RAY_END;
         let radiance = attributes.emission() * attributes.opacity();
         (pdf > 0.0 && distance > 0.0).then_some(LightSample { direction, distance, radiance, pdf, is_delta: false })
     }
 }
 
-/// Shadow rays end at this part of the way to a lamp, so that they do not meet the lamp itself: nearly all distances of queries are
-/// right to 2^-22. What stands nearer to the lamp than the rest of the way is not seen.
-const SHORT_OF: f32 = 1.0 - 1.0 / (1 << 18) as f32;
+/// Shadow rays end at this part of the distance to an emissive triangle, so that they do not hit the
+/// triangle itself: distances of queries have a relative error of about 2^-22. Occluders within the
+/// last 2^-18 of the distance are missed.
+const SHADOW_RAY_END: f32 = 1.0 - 1.0 / (1 << 18) as f32;
 
-/// The same where queries enter the instance in a way of their own.
-const SHORT_OF_ANY: f64 = 1.0 - 1e-5;
+/// The same where the object-space ray of queries is not available, and the distance is computed in
+/// world space.
+const WORLD_SHADOW_RAY_END: f64 = 1.0 - 1e-5;
 
-/// Where a ray meets the plane of a triangle, as a query will find it: the ray is rounded as it is there. A direction is never
-/// quite the one that was meant, and the distance to a lamp that is seen from the side depends on it.
+/// The distance along a ray to the plane of a triangle as a query computes it: from the ray that the
+/// query transforms into object space. The direction is rounded, and for a triangle that is seen at
+/// a grazing angle the distance depends on that rounding.
 fn distance_to(instance: &InstanceView<'_>, primitive: u32, corners: [Vec3; 3], ray: &Ray) -> Option<f32> {
     let distance = match instance.ray_in_object(ray) {
         Some(local) => {
@@ -136,7 +141,7 @@ fn distance_to(instance: &InstanceView<'_>, primitive: u32, corners: [Vec3; 3], 
                 instance.triangles()[primitive as usize].map(|vertex| instance.positions()[vertex as usize]);
             distance_to_plane(local_corners, &local)
         }
-        None => distance_to_plane(corners.map(Vec3::into), ray) * SHORT_OF_ANY,
+        None => distance_to_plane(corners.map(Vec3::into), ray) * WORLD_SHADOW_RAY_END,
     };
     distance.is_finite().then_some(distance as f32)
 }

@@ -1,14 +1,14 @@
-//! Points and spots: light from one place, which no ray ever finds by itself.
+//! Point and spot lights: delta lights, which BSDF sampling cannot find.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{LightSample, MOST_WEIGHED};
+use super::{LightSample, MAX_WEIGHED};
 use crate::Light;
 use crate::color::{cleaned, luminance};
 
-/// A light at a point.
+/// A point or spot light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Punctual {
     position: Vec3,
@@ -17,13 +17,14 @@ pub(super) struct Punctual {
     cone: Option<Cone>,
 }
 
-/// Shadow rays end at this part of the way to a light, so that a surface on which the light lies does not shade it.
-const SHORT_OF: f32 = 1.0 - 1e-5;
+/// Shadow rays end at this part of the distance to a light, so that a surface in which the light lies
+/// does not block it.
+const SHADOW_RAY_END: f32 = 1.0 - 1e-5;
 
-/// What is larger by this factor is larger whatever was rounded.
-const CERTAINLY: f32 = 1.0 + 1e-5;
+/// A computed value that is larger by this factor is larger in exact arithmetic too.
+const ROUNDING_MARGIN: f32 = 1.0 + 1e-5;
 
-/// Where a spot shines.
+/// The cone of a spot light.
 #[derive(Debug, Clone, Copy)]
 struct Cone {
     axis: Vec3,
@@ -32,7 +33,7 @@ struct Cone {
 }
 
 impl Punctual {
-    /// `None` for a sun, and for a light that gives nothing or stands nowhere.
+    /// `None` for a sun, and for a light without power or without a finite position.
     pub(super) fn new(light: &Light) -> Option<Self> {
         let (position, intensity, range, cone) = match *light {
             Light::Point { position, intensity, range } => (position, intensity, range, None),
@@ -52,7 +53,7 @@ impl Punctual {
         usable.then_some(light)
     }
 
-    /// Luminance of the flux that leaves it, about; the soft edge of a spot counts half.
+    /// Approximate luminance of its flux; the soft edge of a spot counts half.
     pub(super) fn power(&self) -> f32 {
         let solid_angle = match self.cone {
             None => 4.0 * PI,
@@ -61,15 +62,16 @@ impl Punctual {
         luminance(self.intensity) * solid_angle
     }
 
-    /// Whether it is certain, before anything is divided, that nothing arrives: the light is beyond its range, or below the
-    /// horizon of a surface with a normal.
-    fn is_out_of_sight(&self, from: Vec3, normal: Vec3) -> bool {
+    /// A conservative test without divisions: whether the light certainly does not contribute, because
+    /// `from` is beyond its range or the light is below the horizon of `normal`.
+    fn is_culled(&self, from: Vec3, normal: Vec3) -> bool {
         let offset = self.position - from;
         let (squared, height) = (offset.length_squared(), normal.dot(offset));
-        squared > self.range * self.range * CERTAINLY || (height < 0.0 && height * height > squared * (CERTAINLY - 1.0))
+        squared > self.range * self.range * ROUNDING_MARGIN
+            || (height < 0.0 && height * height > squared * (ROUNDING_MARGIN - 1.0))
     }
 
-    /// The light that arrives: irradiance on a surface that faces it.
+    /// The light that arrives at a point: irradiance on a surface that faces it.
     pub(super) fn sample(&self, from: Vec3) -> Option<LightSample> {
         let offset = self.position - from;
         let distance = offset.length();
@@ -78,7 +80,7 @@ impl Punctual {
         let radiance = self.intensity * (edge * window(distance / self.range) / (distance * distance));
         (radiance.is_finite() && radiance.max_element() > 0.0).then_some(LightSample {
             direction,
-            distance: distance * SHORT_OF,
+            distance: distance * SHADOW_RAY_END,
             radiance,
             pdf: 1.0,
             is_delta: true,
@@ -86,14 +88,14 @@ impl Punctual {
     }
 }
 
-/// Draws one of several lights in proportion to what each would bring to a surface with a normal if nothing stood in the
-/// way, and divides by how likely it was. There are at most [`MOST_WEIGHED`]. No ray finds such a light by itself, so the odds may depend on the place as they
-/// like, as long as no light that contributes is left out.
+/// Draws one of several lights in proportion to their unshadowed contributions to a surface with a
+/// normal, at most [`MAX_WEIGHED`] of them. BSDF sampling never finds these lights, so any
+/// probabilities are unbiased as long as no light that contributes has probability zero.
 pub(super) fn sample_one(lights: &[Punctual], from: Vec3, normal: Vec3, u: f32) -> Option<LightSample> {
-    let (mut weights, mut numbers) = ([0.0; MOST_WEIGHED], [0; MOST_WEIGHED]);
+    let (mut weights, mut numbers) = ([0.0; MAX_WEIGHED], [0; MAX_WEIGHED]);
     let (mut count, mut total) = (0, 0.0);
-    for (number, light) in lights.iter().enumerate().take(MOST_WEIGHED) {
-        if light.is_out_of_sight(from, normal) {
+    for (number, light) in lights.iter().enumerate().take(MAX_WEIGHED) {
+        if light.is_culled(from, normal) {
             continue;
         }
         let weight = light.sample(from).map_or(0.0, |sample| sample.weight(normal));
@@ -118,14 +120,15 @@ pub(super) fn sample_one(lights: &[Punctual], from: Vec3, normal: Vec3, u: f32) 
 }
 
 impl LightSample {
-    /// What a light without extent brings to a surface with a normal.
+    /// Luminance of the irradiance on a surface with a normal.
     fn weight(&self, normal: Vec3) -> f32 {
         luminance(self.radiance) * normal.dot(self.direction).max(0.0)
     }
 }
 
 impl Cone {
-    /// 1 within the inner angle, 0 beyond the outer one, smooth between (KHR_lights_punctual).
+    /// 1 within the inner angle, 0 beyond the outer one, with a smooth transition
+    /// (KHR_lights_punctual).
     fn strength(&self, direction: Vec3) -> f32 {
         let cosine = self.axis.dot(direction);
         if cosine <= self.outer_cos {
@@ -136,7 +139,8 @@ impl Cone {
     }
 }
 
-/// Brings a light to nothing at its range; `part` is the distance in ranges (KHR_lights_punctual).
+/// Attenuation to zero at the range of a light; `part` is the distance over the range
+/// (KHR_lights_punctual).
 fn window(part: f32) -> f32 {
     (1.0 - part.powi(4)).clamp(0.0, 1.0)
 }
@@ -158,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_spot_is_full_inside_and_nothing_outside() {
-        let light = Punctual::new(&spot()).expect("it shines");
+        let light = Punctual::new(&spot()).expect("a light with power");
         let below = light.sample(Vec3::ZERO).expect("in the cone");
         assert!((below.radiance - Vec3::new(2.0, 1.0, 0.5)).length() < 1e-6);
         assert!((below.direction - Vec3::Y).length() < 1e-6 && (below.distance - 2.0).abs() < 1e-4);
@@ -173,19 +177,19 @@ mod tests {
     #[test]
     fn beyond_its_range_a_light_gives_nothing() {
         let light = Light::Point { position: [0.0; 3], intensity: [1.0; 3], range: 2.0 };
-        let light = Punctual::new(&light).expect("it shines");
+        let light = Punctual::new(&light).expect("a light with power");
         assert!((light.sample(Vec3::X).expect("near").radiance.x - 15.0 / 16.0).abs() < 1e-6);
         assert!(light.sample(Vec3::X * 2.0).is_none());
     }
 
     #[test]
-    fn one_of_many_is_drawn_by_what_it_brings() {
+    fn one_of_many_is_drawn_by_its_contribution() {
         let at = |x: f32, y: f32| Light::Point { position: [x, y, 0.0], intensity: [3.0; 3], range: 100.0 };
         let lights: Vec<_> =
             [at(0.0, 1.0), at(0.0, 2.0), at(3.0, 1.0), at(0.0, -1.0)].iter().filter_map(Punctual::new).collect();
         let count = 4000;
         let draws = (0..count).filter_map(|i| sample_one(&lights, Vec3::ZERO, Vec3::Y, i as f32 / count as f32));
-        // Whichever is drawn, its light over its odds is the light of all.
+        // Whichever is drawn, its contribution over its probability is the sum of all.
         let all: f32 = lights
             .iter()
             .filter_map(|light| light.sample(Vec3::ZERO))
@@ -201,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_that_are_left_out_at_once_would_bring_nothing() {
+    fn culled_lights_do_not_contribute() {
         let unit = |bits: u32| crate::sampler::unit_hash(bits) * 2.0 - 1.0;
         let vector = |seed: u32| Vec3::new(unit(seed), unit(seed ^ 0x5555), unit(seed ^ 0xaaaa_0000));
         let mut counts = [0, 0];
@@ -211,11 +215,11 @@ mod tests {
             let along = normal.any_orthonormal_vector() * (1.0 + 1e-6 * unit(seed));
             let position = if seed % 2 == 0 { along + normal * (1e-6 * unit(seed + 1)) } else { vector(3 * seed + 1) };
             let point = Light::Point { position: position.into(), intensity: [1.0; 3], range: 1.0 };
-            let light = Punctual::new(&point).expect("it shines");
+            let light = Punctual::new(&point).expect("a light with power");
             let weight = light.sample(Vec3::ZERO).map_or(0.0, |sample| sample.weight(normal));
-            let is_left_out = light.is_out_of_sight(Vec3::ZERO, normal);
-            assert!(!is_left_out || weight == 0.0, "seed {seed}");
-            counts[usize::from(is_left_out)] += 1;
+            let is_culled = light.is_culled(Vec3::ZERO, normal);
+            assert!(!is_culled || weight == 0.0, "seed {seed}");
+            counts[usize::from(is_culled)] += 1;
         }
         assert!(counts.iter().all(|&count| count > 4000), "{counts:?}");
     }
@@ -228,6 +232,6 @@ mod tests {
             assert!(point([0.0; 3], [1.0; 3], value).is_none());
         }
         let here = Light::Point { position: [1.0; 3], intensity: [1.0; 3], range: f32::INFINITY };
-        assert!(Punctual::new(&here).expect("it shines").sample(Vec3::ONE).is_none());
+        assert!(Punctual::new(&here).expect("a light with power").sample(Vec3::ONE).is_none());
     }
 }

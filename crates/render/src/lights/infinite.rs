@@ -1,4 +1,4 @@
-//! Light from infinity: suns and the sky.
+//! Infinite lights: suns and the sky.
 
 use std::f32::consts::PI;
 
@@ -9,16 +9,16 @@ use crate::color::{cleaned, luminance};
 use crate::warp::{Basis, cone};
 use crate::{Light, Sky};
 
-/// A sun: one direction, or a disc around it.
+/// A sun: a single direction, or a disc around it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sun {
-    /// Unit, from the scene.
+    /// Unit vector to the sun.
     toward: Vec3,
     irradiance: Vec3,
     disc: Option<Disc>,
 }
 
-/// The disc that a sun makes in the sky.
+/// The disc of a sun in the sky.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     /// One minus the cosine of half the angle.
@@ -26,18 +26,19 @@ struct Disc {
     radiance: Vec3,
 }
 
-/// Below this angular diameter, radians, single precision cannot tell a disc from a point.
+/// Below this angular diameter, radians, single precision does not resolve a disc.
 const SMALLEST_DISC: f32 = 1e-4;
 
 impl Sun {
-    /// `None` for other lights, and for a sun that gives nothing.
+    /// `None` for other lights, and for a sun without irradiance.
     pub(super) fn new(light: &Light) -> Option<Self> {
         let Light::Sun { direction, irradiance, angle } = *light else { return None };
         let toward = -Vec3::from(direction).try_normalize()?;
         let irradiance = cleaned(irradiance);
         let disc = (angle >= SMALLEST_DISC).then(|| {
             let half = 0.5 * angle.min(PI);
-            // The integral of the cosine over the disc is pi sin^2, so the irradiance of a surface that faces it is kept.
+            // The cosine integrated over the disc is pi sin^2 of half the angle, so this radiance gives
+            // the irradiance on a surface that faces the sun.
             Disc { versine: 2.0 * (0.5 * half).sin().powi(2), radiance: irradiance / (PI * half.sin().powi(2)) }
         });
         let power = luminance(irradiance);
@@ -49,12 +50,12 @@ impl Sun {
         luminance(self.irradiance)
     }
 
-    /// The direction to its middle, and the irradiance.
-    pub(super) fn middle(&self) -> (Vec3, Vec3) {
+    /// The direction to its centre, and the irradiance on a surface that faces it.
+    pub(super) fn center(&self) -> (Vec3, Vec3) {
         (self.toward, self.irradiance)
     }
 
-    /// A direction of the disc; the only one there is for a sun without a disc.
+    /// Samples a direction of the disc uniformly; a delta light has only one.
     pub(super) fn sample(&self, u: [f32; 2]) -> LightSample {
         let far = LightSample {
             direction: self.toward,
@@ -73,10 +74,12 @@ impl Sun {
         }
     }
 
-    /// Radiance from a direction, and the pdf with which [`Sun::sample`] finds it, if the disc is there.
-    pub(super) fn seen(&self, direction: Vec3) -> Option<(Vec3, f32)> {
+    /// Radiance from a direction and the pdf with which [`Sun::sample`] samples it, if the disc covers
+    /// it.
+    pub(super) fn radiance_from(&self, direction: Vec3) -> Option<(Vec3, f32)> {
         let disc = self.disc?;
-        // The chord between unit vectors squared is twice the versine, and keeps its digits when they are close.
+        // The squared chord between unit vectors is twice the versine of their angle, without
+        // cancellation for small angles.
         let inside = direction.distance_squared(self.toward) <= 2.0 * disc.versine;
         inside.then(|| (disc.radiance, disc.pdf()))
     }
@@ -99,11 +102,12 @@ pub(super) fn sky_radiance(sky: &Sky, direction: Vec3) -> Vec3 {
     }
 }
 
-/// Luminance of the mean irradiance: pi times the mean radiance over all directions.
+/// Luminance of the mean irradiance: pi times the mean radiance over all directions, linear RGB.
 pub(super) fn sky_power(sky: &Sky) -> f32 {
     let mean = match *sky {
         Sky::Constant(radiance) => cleaned(radiance),
-        // Height is uniform over the sphere, so the mean of each half is the mean of its ends.
+        // Height is uniformly distributed over the sphere, so the mean over a hemisphere is the mean of
+        // its ends.
         Sky::Gradient { zenith, horizon, ground } => {
             cleaned(zenith) * 0.25 + cleaned(horizon) * 0.5 + cleaned(ground) * 0.25
         }
@@ -120,7 +124,7 @@ mod tests {
 
     fn sun(angle: f32) -> Sun {
         let light = Light::Sun { direction: [0.0, -2.0, 0.0], irradiance: [3.0, 2.0, 1.0], angle };
-        Sun::new(&light).expect("it shines")
+        Sun::new(&light).expect("a sun with irradiance")
     }
 
     #[test]
@@ -139,15 +143,15 @@ mod tests {
     }
 
     #[test]
-    fn a_disc_is_seen_exactly_where_it_is_sampled() {
+    fn a_disc_has_radiance_exactly_where_it_is_sampled() {
         let small = sun(0.0093);
         for i in 0..256 {
             let light = small.sample(Sampler::new(5, [0, 0], i).next_2d());
-            let (radiance, pdf) = small.seen(light.direction * (1.0 - 1e-7)).expect("on the disc");
+            let (radiance, pdf) = small.radiance_from(light.direction * (1.0 - 1e-7)).expect("on the disc");
             assert_eq!((radiance, pdf), (light.radiance, light.pdf));
         }
-        assert!(small.seen(Vec3::new(0.005, 1.0, 0.0).normalize()).is_none());
-        assert!(sun(0.0).seen(Vec3::Y).is_none());
+        assert!(small.radiance_from(Vec3::new(0.005, 1.0, 0.0).normalize()).is_none());
+        assert!(sun(0.0).radiance_from(Vec3::Y).is_none());
     }
 
     #[test]
