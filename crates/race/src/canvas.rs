@@ -48,8 +48,9 @@ impl Canvas {
         })
     }
 
-    /// Writes text into a box with its upper left corner at `at`; each dot of a letter is `dot` texels large.
-    /// `flip` mirrors it left to right and top to bottom, for surfaces whose image runs the other way.
+    /// Writes text into a box with its upper left corner at `at`; each dot of a letter is `dot`
+    /// texels large. `flip` mirrors it left to right and top to bottom, for surfaces whose image
+    /// runs the other way.
     pub(crate) fn text(&mut self, text: &str, at: [i32; 2], dot: [i32; 2], flip: [bool; 2], ink: [u8; 4]) -> &mut Self {
         let columns = text.chars().count() as i32 * 6 - 1;
         for (place, character) in text.chars().enumerate() {

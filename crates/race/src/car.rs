@@ -1,6 +1,7 @@
 //! A racing car's body: a shell lofted over cross-sections, with the arches of the wheels cut out.
 //!
-//! Car space: the origin is on the road midway between the axles, x to the left, y up, z to the nose; metres.
+//! Car space: the origin is on the road midway between the axles, x to the left, y up, z to the
+//! nose; metres.
 
 use glam::{Vec2, Vec3};
 
@@ -106,7 +107,8 @@ pub(crate) fn body(livery: u32, wing: [f32; 3], helmet: [f32; 3], palette: &Pale
     pad
 }
 
-/// Places along the car at which the shell has a cross-section: close together at the arches and the ends.
+/// Places along the car at which the shell has a cross-section: close together at the arches and
+/// the ends.
 fn stations() -> Vec<f32> {
     let mut stations: Vec<f32> = (0..=64).map(|i| ENDS[0] + (ENDS[1] - ENDS[0]) * i as f32 / 64.0).collect();
     for axle in AXLES {
@@ -152,7 +154,8 @@ fn ends(pad: &mut Sketch, livery: u32, palette: &Palette) {
                 (false, _) if height < 0.36 => (palette.paint, BLACK),
                 _ => (livery, [1.0; 3]),
             };
-            // Rows run downwards; seen from outside, left and right change places between tail and nose.
+            // Rows run downwards; seen from outside, left and right change places between tail and
+            // nose.
             for column in 0..16 {
                 let [from, to] = [column, column + 1].map(|i| (i as f32 / 8.0 - 1.0) * out);
                 let lamp = dress.0 == palette.tail_lamp;

@@ -1,4 +1,5 @@
-//! The two cars in the scene: bodies that lean, wheels that steer and roll, each with a node of its own.
+//! The two cars in the scene: bodies that lean, wheels that steer and roll, each with a node of its
+//! own.
 
 use std::f32::consts::PI;
 
@@ -65,7 +66,8 @@ impl Car {
     ) -> Result<(), EditError> {
         let moment = driving.moment(car, seconds);
         scene.place(self.node, affine(&moment.world_from_car))?;
-        // The body leans around a line near the road; forward is +z, so a positive turn around it lifts the left.
+        // The body leans around a line near the road; forward is +z, so a positive turn around it
+        // lifts the left.
         let lean = Quat::from_rotation_z(moment.lean) * Quat::from_rotation_x(moment.dive);
         scene.place(self.body, affine(&Affine3A::from_quat(lean)))?;
         for wheel in &self.wheels {

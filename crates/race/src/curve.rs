@@ -1,9 +1,10 @@
 //! Smooth curves through a few measured values, which never overshoot them.
 //!
-//! Fritsch and Butland 1984, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants": tangents are
-//! harmonic means of the neighbouring slopes, and zero at a turn.
+//! Fritsch and Butland 1984, "A Method for Constructing Local Monotone Piecewise Cubic
+//! Interpolants": tangents are harmonic means of the neighbouring slopes, and zero at a turn.
 
-/// The value at `x` of the curve through `knots`, given as (x, value) with ascending x; level beyond both ends.
+/// The value at `x` of the curve through `knots`, given as (x, value) with ascending x; level
+/// beyond both ends.
 pub(crate) fn curve(knots: &[(f32, f32)], x: f32) -> f32 {
     let after = knots.partition_point(|knot| knot.0 <= x);
     let (Some(low), Some(high)) = (after.checked_sub(1), (after < knots.len()).then_some(after)) else {

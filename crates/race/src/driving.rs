@@ -1,7 +1,7 @@
 //! Where the two cars are at any time: a pure function of the time.
 //!
-//! Both follow one profile of speeds, slow where the road bends, fast where it does not, on lines of their own
-//! and a little apart in time, so that they fight but never touch.
+//! Both follow one profile of speeds, slow where the road bends, fast where it does not, on lines
+//! of their own and a little apart in time, so that they fight but never touch.
 
 use std::f32::consts::TAU;
 
@@ -23,7 +23,8 @@ const SLIDES_FROM: [f32; 2] = [0.024, 0.0145];
 /// The two cars' way round the circuit.
 pub(crate) struct Driving {
     track: Track,
-    /// Seconds at which the profile passes each of `STEPS` places, evenly spread from the first station.
+    /// Seconds at which the profile passes each of `STEPS` places, evenly spread from the first
+    /// station.
     passes: Vec<f64>,
     /// Distance at time zero.
     start: f32,
@@ -129,8 +130,8 @@ impl Driving {
         table[index] + (table[index + 1] - table[index]) * (place - index as f64)
     }
 
-    /// Radius at which the wheels roll: within a thousandth of their own, so that a lap is a whole number of turns
-    /// and the loop has no seam.
+    /// Radius at which the wheels roll: within a thousandth of their own, so that a lap is a whole
+    /// number of turns and the loop has no seam.
     pub(crate) fn rolling_radius(&self, car: usize) -> f64 {
         let turn = std::f64::consts::TAU;
         let turns = (self.driven[car][STEPS] / (turn * f64::from(HUB))).round();
@@ -149,7 +150,8 @@ impl Driving {
         let station = self.track.at(distance);
         let heading = self.forward(car, seconds);
         let level = frame(heading, station.across(), station.at(offset));
-        // The road is twisted where its banking changes: the car stands on what is below its four wheels.
+        // The road is twisted where its banking changes: the car stands on what is below its four
+        // wheels.
         let ground =
             |x: f32, z: f32| self.on_road(level.transform_point3(Vec3::new(x * HALF_TRACK, 0.0, z * 0.5 * WHEELBASE)));
         let [fl, fr, rl, rr] = [ground(1.0, 1.0), ground(-1.0, 1.0), ground(1.0, -1.0), ground(-1.0, -1.0)];

@@ -1,6 +1,7 @@
 //! Capital letters and digits, five texels wide and seven high, for boards and doors.
 
-/// The rows of a character from the top, five bits each, the highest bit at the left; blank when unknown.
+/// The rows of a character from the top, five bits each, the highest bit at the left; blank when
+/// unknown.
 pub(crate) fn glyph(character: char) -> [u8; 7] {
     match character {
         '0' => [14, 17, 17, 17, 17, 17, 14],

@@ -1,6 +1,7 @@
 //! The land: how high it is everywhere, and what grows on it.
 //!
-//! Near the road the land follows the banking; further out it rises into hills that leave the road alone.
+//! Near the road the land follows the banking; further out it rises into hills that leave the road
+//! alone.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +10,8 @@ use crate::palette::Palette;
 use crate::rng::{fractal, noise};
 use crate::track::{Station, Track};
 
-/// How far the verge of the road lies over the terrain, which dips below it, metres from the middle.
+/// How far the verge of the road lies over the terrain, which dips below it, metres from the
+/// middle.
 pub(crate) const VERGE: f32 = 13.0;
 /// Half the side of the land, metres.
 const REACH: f32 = 620.0;

@@ -1,7 +1,7 @@
 //! The built-in race of kinetree: a moving scene that the program makes from a seed, with no file.
 //!
-//! Two cars race round a banked circuit on a late afternoon; trees bend in the wind, a flag waves, tyres smoke, and
-//! some thousand spectators watch. Every kind of [`Motion`] is there. After
+//! Two cars race round a banked circuit on a late afternoon; trees bend in the wind, a flag waves,
+//! tyres smoke, and some thousand spectators watch. Every kind of [`Motion`] is there. After
 //! [`duration`](kinetree_render::Animation::duration) seconds it begins again.
 //!
 //! ```
@@ -67,11 +67,11 @@ use ground::Ground;
 use palette::Palette;
 use scene_builder::SceneBuilder;
 
-/// The race. The seed decides how the hills lie, where the trees stand, who sits where and how the wind blows; the
-/// circuit is always the same.
+/// The race. The seed decides how the hills lie, where the trees stand, who sits where and how the
+/// wind blows; the circuit is always the same.
 ///
-/// The first camera, "track", sees both cars in the banked corner at time 0; "chase", "front" and "wheel" ride with
-/// them; the others are "aerial", "grandstand", "pit" and "hairpin".
+/// The first camera, "track", sees both cars in the banked corner at time 0; "chase", "front" and
+/// "wheel" ride with them; the others are "aerial", "grandstand", "pit" and "hairpin".
 pub fn world(seed: u64) -> World {
     build(seed).expect("the race's meshes are sound, and it edits with handles of its own")
 }

@@ -1,4 +1,5 @@
-//! A skin over cross-sections, one half of it, and its mirror image: how the bodies of cars are made.
+//! A skin over cross-sections, one half of it, and its mirror image: how the bodies of cars are
+//! made.
 
 use glam::{Affine3A, Vec2, Vec3};
 
@@ -7,9 +8,10 @@ use crate::meshing::Sketch;
 /// What a cell of the skin wears: a material and a tint, or nothing where the skin has a hole.
 pub(crate) type Dress = Option<(u32, [f32; 3])>;
 
-/// Adds both halves of a skin. `stations` are places along z from the tail to the nose, `columns` places in 0..=1
-/// from the middle line down the left side; `point` gives a point of the left half (x >= 0), `dress` what the cell with
-/// this middle wears. `uv` is asked with the point, the column, and the side: 1 at the left, -1 at the right.
+/// Adds both halves of a skin. `stations` are places along z from the tail to the nose, `columns`
+/// places in 0..=1 from the middle line down the left side; `point` gives a point of the left half
+/// (x >= 0), `dress` what the cell with this middle wears. `uv` is asked with the point, the
+/// column, and the side: 1 at the left, -1 at the right.
 pub(crate) fn skin(
     pad: &mut Sketch,
     stations: &[f32],

@@ -1,6 +1,7 @@
 //! A sketch pad for meshes: vertices with all their attributes, triangles sorted into materials.
 //!
-//! Triangles are counter-clockwise when seen from outside. Shapes that need more than this are in `shapes`.
+//! Triangles are counter-clockwise when seen from outside. Shapes that need more than this are in
+//! `shapes`.
 
 use glam::{Vec2, Vec3};
 use kinetree::{Mesh, MeshError};
@@ -57,8 +58,8 @@ impl Sketch {
         self.triangle(a, c, d);
     }
 
-    /// A flat four-sided face with its own vertices. The image stands upright when the corners begin
-    /// at its lower left.
+    /// A flat four-sided face with its own vertices. The image stands upright when the corners
+    /// begin at its lower left.
     pub(crate) fn panel(&mut self, corners: [Vec3; 4]) {
         let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize_or_zero();
         let uvs = [Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 0.0)];

@@ -4,7 +4,8 @@ use kinetree_render::{Alpha, Material, MaterialSet, Scatter, Texture, TextureRef
 
 use crate::textures;
 
-/// Indices into [`MaterialSet::materials`]. Colours come from the vertices where nothing else is said.
+/// Indices into [`MaterialSet::materials`]. Colours come from the vertices where nothing else is
+/// said.
 pub(crate) struct Palette {
     /// Diffuse, coloured by the vertices: most things.
     pub(crate) paint: u32,

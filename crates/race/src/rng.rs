@@ -55,7 +55,8 @@ fn mix(mut bits: u64) -> u64 {
     bits ^ (bits >> 31)
 }
 
-/// Smooth noise in -1..1 over the plane, features about one unit large; lattice values are mixed from the seed.
+/// Smooth noise in -1..1 over the plane, features about one unit large; lattice values are mixed
+/// from the seed.
 pub(crate) fn noise(seed: u64, x: f32, y: f32) -> f32 {
     let (cell_x, cell_y) = (x.floor(), y.floor());
     let ease = |f: f32| f * f * (3.0 - 2.0 * f);

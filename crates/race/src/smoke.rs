@@ -1,7 +1,7 @@
 //! Smoke from sliding tyres: puffs that are born, swell, thin out and are gone.
 //!
-//! Each wheel sends out a puff at regular times while its tyre slides. What a puff looks like depends on its age
-//! only, so it has a slot by its age, and the slot says how transparent it is.
+//! Each wheel sends out a puff at regular times while its tyre slides. What a puff looks like
+//! depends on its age only, so it has a slot by its age, and the slot says how transparent it is.
 
 use std::f32::consts::TAU;
 

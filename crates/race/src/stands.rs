@@ -1,6 +1,7 @@
 //! Grandstands: steps, seats, walls, a roof; where they stand, and where their seats are.
 //!
-//! Stand space: x along the stand, y up, z away from the road; the front row begins at z = 0; metres.
+//! Stand space: x along the stand, y up, z away from the road; the front row begins at z = 0;
+//! metres.
 
 use glam::{Affine3A, Mat3, Vec3};
 

@@ -1,7 +1,8 @@
 //! The line of the circuit: where it runs, how it turns, how it is banked.
 //!
-//! A closed uniform cubic B-spline, so that curvature is continuous and nobody has to jerk the wheel,
-//! tabulated by arc length. The circuit runs anticlockwise as seen from above; y is up, all lengths are metres.
+//! A closed uniform cubic B-spline, so that curvature is continuous and nobody has to jerk the
+//! wheel, tabulated by arc length. The circuit runs anticlockwise as seen from above; y is up, all
+//! lengths are metres.
 
 use glam::Vec3;
 
@@ -9,7 +10,8 @@ use glam::Vec3;
 pub(crate) const HALF_WIDTH: f32 = 5.6;
 /// Entries of the table.
 const STATIONS: usize = 4096;
-/// The spline's control points: the start straight, the banked corner, the esses, the hairpin, and home.
+/// The spline's control points: the start straight, the banked corner, the esses, the hairpin, and
+/// home.
 #[rustfmt::skip]
 const CONTROL: [[f32; 3]; 23] = [
     [-90.0, 0.0, 78.0], [-45.0, 0.0, 78.0], [0.0, 0.0, 78.0], [45.0, 0.2, 78.0], [90.0, 0.6, 79.0],

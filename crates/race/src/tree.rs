@@ -199,8 +199,8 @@ fn needle_branch(pad: &mut Sketch, foot: Vec3, along: Vec3, length: f32, droop: 
     }
 }
 
-/// Where the wind would carry the points of a tree: displacements for a gust along x, one along z, and two of
-/// the leaves' own flutter, which together make every phase of it.
+/// Where the wind would carry the points of a tree: displacements for a gust along x, one along z,
+/// and two of the leaves' own flutter, which together make every phase of it.
 pub(crate) fn sway(positions: &[Vec3]) -> [Vec<[f32; 3]>; 4] {
     let height = positions.iter().map(|point| point.y).fold(1.0, f32::max);
     let bend = |point: &Vec3| height * 0.07 * (point.y.max(0.0) / height).powf(1.8);

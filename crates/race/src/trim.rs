@@ -1,4 +1,5 @@
-//! What is bolted to a car's shell: wing, splitter, skirts, mirrors, diffuser, exhausts, wheel wells.
+//! What is bolted to a car's shell: wing, splitter, skirts, mirrors, diffuser, exhausts, wheel
+//! wells.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 

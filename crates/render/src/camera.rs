@@ -36,8 +36,8 @@ pub(crate) struct Lens {
 }
 
 impl Lens {
-    /// `aspect` is width over height. Axes that are no axes are replaced by some that are, and the field of view is kept
-    /// between a thousandth and just under half a turn.
+    /// `aspect` is width over height. Axes that are no axes are replaced by some that are, and the
+    /// field of view is kept between a thousandth and just under half a turn.
     pub(crate) fn new(camera: &Camera, aspect: f32) -> Self {
         let placement = &camera.world_from_camera;
         let finite =
@@ -62,7 +62,8 @@ impl Lens {
         depth > 0.0 && within(self.right) && within(self.up)
     }
 
-    /// The ray through a place of the picture: (0, 0) is the upper left corner, (1, 1) the lower right. Of length one.
+    /// The ray through a place of the picture: (0, 0) is the upper left corner, (1, 1) the lower
+    /// right. Of length one.
     pub(crate) fn ray(&self, [x, y]: [f32; 2]) -> Ray {
         let direction = self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y);
         Ray::new(self.eye.into(), direction.normalize().into())

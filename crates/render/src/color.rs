@@ -12,11 +12,12 @@ pub(crate) fn bounded(value: f32, most: f32) -> f32 {
     if value > 0.0 { value.min(most) } else { 0.0 }
 }
 
-/// The most light of any kind that is reckoned with. The surface of the sun has 2e7 W/(m^2 sr); products of this with areas, squared
-/// distances and inverse densities stay finite.
+/// The most light of any kind that is reckoned with. The surface of the sun has 2e7 W/(m^2 sr);
+/// products of this with areas, squared distances and inverse densities stay finite.
 pub(crate) const MOST_LIGHT: f32 = 1e20;
 
-/// A colour that can be reckoned with: what is negative or not a number becomes black, and what is more than [`MOST_LIGHT`] that.
+/// A colour that can be reckoned with: what is negative or not a number becomes black, and what is
+/// more than [`MOST_LIGHT`] that.
 pub(crate) fn cleaned(color: [f32; 3]) -> Vec3 {
     Vec3::from(color.map(|channel| bounded(channel, MOST_LIGHT)))
 }
@@ -32,7 +33,8 @@ pub(crate) fn linear_from_srgb(value: u8) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// From a linear value to the nearest eight-bit sRGB value; beyond 0..=1 it is cut off, NaN is black.
+/// From a linear value to the nearest eight-bit sRGB value; beyond 0..=1 it is cut off, NaN is
+/// black.
 pub(crate) fn srgb_from_linear(linear: f32) -> u8 {
     let linear = bounded(linear, 1.0);
     let encoded = if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };

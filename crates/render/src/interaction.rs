@@ -70,8 +70,8 @@ impl<'a> SurfaceInteraction<'a> {
         Ray::new(self.offset_origin(direction).into(), direction.into()).with_range(0.0, distance)
     }
 
-    /// The origin of a ray that leaves in a direction: off the surface, on the side of the direction,
-    /// so that the ray does not hit the triangle again.
+    /// The origin of a ray that leaves in a direction: off the surface, on the side of the
+    /// direction, so that the ray does not hit the triangle again.
     pub(crate) fn offset_origin(&self, direction: Vec3) -> Vec3 {
         if self.geometric_normal.dot(direction) < 0.0 {
             self.frame.view.leave(&self.hit, (-self.geometric_normal).into()).origin.into()

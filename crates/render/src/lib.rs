@@ -1,7 +1,7 @@
 //! A path tracer for moving scenes, on [`kinetree`].
 //!
-//! A [`World`] is a scene with its look, lights, cameras and motion; a [`Frame`] is one moment of it, owned and unchanging;
-//! [`render`] makes a picture of a frame.
+//! A [`World`] is a scene with its look, lights, cameras and motion; a [`Frame`] is one moment of
+//! it, owned and unchanging; [`render`] makes a picture of a frame.
 //!
 //! ```
 //! use kinetree::{Affine, Mesh, Motion, Scene};

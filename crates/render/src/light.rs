@@ -12,7 +12,8 @@ pub enum Light {
         position: [f32; 3],
         /// Radiant intensity, linear RGB, W/sr.
         intensity: [f32; 3],
-        /// Beyond this distance it gives nothing, metres; `f32::INFINITY` for a light without a bound (KHR_lights_punctual).
+        /// Beyond this distance it gives nothing, metres; `f32::INFINITY` for a light without a
+        /// bound (KHR_lights_punctual).
         range: f32,
     },
     /// Sends light into a cone.
@@ -30,7 +31,8 @@ pub enum Light {
         /// Cosine of the half angle beyond which it gives nothing.
         outer_cos: f32,
     },
-    /// So far away that its rays are parallel, or a disc in the sky when `angle` is larger than zero.
+    /// So far away that its rays are parallel, or a disc in the sky when `angle` is larger than
+    /// zero.
     Sun {
         /// Unit vector, from the sun to the scene.
         direction: [f32; 3],
@@ -42,8 +44,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// The light of a node as the world sees it. Position and direction move with the node; strength, range and angles
-    /// do not scale with it (KHR_lights_punctual).
+    /// The light of a node as the world sees it. Position and direction move with the node;
+    /// strength, range and angles do not scale with it (KHR_lights_punctual).
     pub fn placed(&self, world_from_node: &Affine) -> Self {
         let turned = |direction: [f32; 3]| {
             let turned = Vec3::from(world_from_node.transform_vector(direction));

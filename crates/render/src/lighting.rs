@@ -15,19 +15,22 @@ use crate::{Camera, CameraSource, Frame, Light, LightSource, Settings, Sky, Worl
 const TRIAL: [u32; 3] = [32, 18, 32];
 /// A pixel is black when it has less than this part of the light of the brighter ones.
 const BLACK: f32 = 2e-4;
-/// Radiance of the middle pixel below which a scene is dark whatever the brighter ones have, W/(m^2 sr). Surfaces that are
-/// meant to glow emit about one; what they light to less than a thousandth was not meant to be lit by them.
+/// Radiance of the middle pixel below which a scene is dark whatever the brighter ones have, W/(m^2
+/// sr). Surfaces that are meant to glow emit about one; what they light to less than a thousandth
+/// was not meant to be lit by them.
 const DIM: f32 = 1e-3;
 
-/// A clear afternoon: a sky from pale to blue, and a sun that stands behind the left shoulder of who looks along -z.
+/// A clear afternoon: a sky from pale to blue, and a sun that stands behind the left shoulder of
+/// who looks along -z.
 pub fn daylight() -> (Sky, Light) {
     let sky = Sky::Gradient { zenith: [0.22, 0.42, 0.85], horizon: [0.75, 0.83, 0.95], ground: [0.22, 0.2, 0.18] };
     let direction = Vec3::new(0.5, -0.75, -0.45).normalize().into();
     (sky, Light::Sun { direction, irradiance: [3.6, 3.2, 2.7], angle: 0.0093 })
 }
 
-/// Whether a frame is dark as a camera sees it. It is not when there is a sun or a sky. Where there are lamps or glowing
-/// surfaces only, a small picture decides: it is dark when more than half of what it shows is black, by itself or beside the rest.
+/// Whether a frame is dark as a camera sees it. It is not when there is a sun or a sky. Where there
+/// are lamps or glowing surfaces only, a small picture decides: it is dark when more than half of
+/// what it shows is black, by itself or beside the rest.
 ///
 /// Traces a picture of a few hundred pixels if there are such lights.
 pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
@@ -49,10 +52,10 @@ fn looks_dark(frame: &Frame, camera: &Camera) -> bool {
     middle <= DIM.max(BLACK * bright)
 }
 
-/// Gives a world [`daylight`] if at time 0 it [is dark](is_dark) for its first camera, or else for the
-/// [default one](default_camera), and says whether it did. Where it stays dark, since daylight does not get in, the world
-/// gets a lamp at the camera instead. Call it after loading, before frames are made: those keep the
-/// look they were made with.
+/// Gives a world [`daylight`] if at time 0 it [is dark](is_dark) for its first camera, or else for
+/// the [default one](default_camera), and says whether it did. Where it stays dark, since daylight
+/// does not get in, the world gets a lamp at the camera instead. Call it after loading, before
+/// frames are made: those keep the look they were made with.
 ///
 /// # Errors
 /// An edit of the animation that the scene refused.
@@ -88,7 +91,8 @@ fn is_empty(frame: &Frame) -> bool {
     frame.view.instances().len() == 0
 }
 
-/// A lamp for a place, bright enough for what the camera sees in its middle: there it lights as the sun does.
+/// A lamp for a place, bright enough for what the camera sees in its middle: there it lights as the
+/// sun does.
 fn lamp_at(frame: &Frame, camera: &Camera) -> impl Fn([f32; 3]) -> Light + use<> {
     let lens = Lens::new(camera, 1.0);
     let mut distances: Vec<f32> = (0..64)

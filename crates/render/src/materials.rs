@@ -1,8 +1,8 @@
 //! What a scene looks like: materials, textures, and which triangle wears which.
 //!
-//! A [`MaterialSet`] is made once, when a world is loaded. An instance points into it with its user id:
-//! `user_id` is an index into [`MaterialSet::surfaces`], and a surface says for every triangle of the mesh
-//! which material it has. Meshes of the same look may move as they like.
+//! A [`MaterialSet`] is made once, when a world is loaded. An instance points into it with its user
+//! id: `user_id` is an index into [`MaterialSet::surfaces`], and a surface says for every triangle
+//! of the mesh which material it has. Meshes of the same look may move as they like.
 
 use std::fmt;
 
@@ -24,8 +24,8 @@ pub struct MaterialSet {
 /// How the triangles and vertices of one mesh are dressed.
 #[derive(Default, Clone)]
 pub struct Surface {
-    /// Runs of triangles with the same material, by ascending `first_triangle`; the first starts at 0.
-    /// Without a part, all triangles are white and diffuse.
+    /// Runs of triangles with the same material, by ascending `first_triangle`; the first starts at
+    /// 0. Without a part, all triangles are white and diffuse.
     pub parts: Vec<Part>,
     /// Texture coordinates, one per vertex, or empty. (0, 0) is the image's upper left corner.
     pub uvs: Vec<[f32; 2]>,
@@ -81,8 +81,8 @@ pub struct Material {
     pub alpha: Alpha,
     /// What kind of surface it is.
     pub scatter: Scatter,
-    /// Emits from both sides; otherwise only from the side from which its winding is counter-clockwise.
-    /// Reflection is always two-sided.
+    /// Emits from both sides; otherwise only from the side from which its winding is
+    /// counter-clockwise. Reflection is always two-sided.
     pub two_sided: bool,
 }
 
@@ -127,13 +127,15 @@ impl Material {
 pub enum Scatter {
     /// Lambert's law.
     Diffuse,
-    /// A smooth boundary that reflects and refracts by Fresnel's formulas; the base colour tints what passes.
+    /// A smooth boundary that reflects and refracts by Fresnel's formulas; the base colour tints
+    /// what passes.
     Dielectric {
-        /// Index of refraction of the inside (the side that the winding faces away from) over that of the outside.
+        /// Index of refraction of the inside (the side that the winding faces away from) over that
+        /// of the outside.
         ior: f32,
     },
-    /// A dielectric sheet without thickness, such as a car window modelled as one layer: reflects by Fresnel's
-    /// formulas summed over both boundaries, lets the rest through without bending it.
+    /// A dielectric sheet without thickness, such as a car window modelled as one layer: reflects
+    /// by Fresnel's formulas summed over both boundaries, lets the rest through without bending it.
     ThinDielectric {
         /// Index of refraction of the sheet.
         ior: f32,
@@ -150,8 +152,8 @@ pub enum Alpha {
         /// In 0..=1.
         cutoff: f32,
     },
-    /// The surface is there with a probability of alpha, decided by a hash of the place on the surface, the same for every
-    /// ray that asks about the same place with the same sample.
+    /// The surface is there with a probability of alpha, decided by a hash of the place on the
+    /// surface, the same for every ray that asks about the same place with the same sample.
     Blend,
 }
 
@@ -160,7 +162,8 @@ pub enum Alpha {
 pub struct TextureRef {
     /// Index into [`MaterialSet::textures`].
     pub texture: u32,
-    /// Texture coordinates are `scale * uv`, turned by `rotation`, plus `offset` (KHR_texture_transform).
+    /// Texture coordinates are `scale * uv`, turned by `rotation`, plus `offset`
+    /// (KHR_texture_transform).
     pub scale: [f32; 2],
     /// Radians, counter-clockwise as in KHR_texture_transform.
     pub rotation: f32,
@@ -179,7 +182,8 @@ impl From<u32> for TextureRef {
 pub enum Sky {
     /// The same from everywhere.
     Constant([f32; 3]),
-    /// From the horizon (y = 0) smoothly to the zenith (+y), and below the horizon to the ground (-y).
+    /// From the horizon (y = 0) smoothly to the zenith (+y), and below the horizon to the ground
+    /// (-y).
     Gradient {
         /// Straight up.
         zenith: [f32; 3],

@@ -1,11 +1,13 @@
 //! How bright a picture of a frame should be: a light meter that knows what it looks at.
 //!
-//! Two readings, as photographers take them. The *reflected* one is the middle of what the surfaces in the picture send to the
-//! camera; what lies behind everything does not count, so that a sky does not make an object dark. The *incident* one is
-//! the light of suns and sky that arrives at these surfaces: it knows white from black, and where daylight reaches the scene
-//! the exposure stays near it, so that a white thing is not made grey nor a dark wood bright.
+//! Two readings, as photographers take them. The *reflected* one is the middle of what the surfaces
+//! in the picture send to the camera; what lies behind everything does not count, so that a sky
+//! does not make an object dark. The *incident* one is the light of suns and sky that arrives at
+//! these surfaces: it knows white from black, and where daylight reaches the scene the exposure
+//! stays near it, so that a white thing is not made grey nor a dark wood bright.
 //!
-//! Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images" (the middle of the reflected light).
+//! Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images" (the middle of the
+//! reflected light).
 
 use std::f32::consts::PI;
 
@@ -33,8 +35,9 @@ const MOST_UNDER: f32 = 0.5;
 /// The part of the light of an open place from which daylight is what a scene is lit by.
 const OUTDOORS: f32 = 0.15;
 
-/// The exposure for the film of a frame as a camera sees it: see [`develop`](crate::develop). From what the surfaces in the
-/// picture send out, without the background, and in daylight near that of the light that arrives at them.
+/// The exposure for the film of a frame as a camera sees it: see [`develop`](crate::develop). From
+/// what the surfaces in the picture send out, without the background, and in daylight near that of
+/// the light that arrives at them.
 ///
 /// Traces some ten thousand rays. The same input gives the same exposure.
 pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
@@ -70,8 +73,8 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
     }
 }
 
-/// Luminance of the irradiance that comes from suns and sky without a bounce: one direction of the hemisphere for the sky, by the
-/// cosine, and the middle of each sun.
+/// Luminance of the irradiance that comes from suns and sky without a bounce: one direction of the
+/// hemisphere for the sky, by the cosine, and the middle of each sun.
 fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteraction<'_>, seed: u32) -> f32 {
     let is_open = |direction: Vec3| {
         let ray = Ray::new(point.offset_origin(direction).into(), direction.into());

@@ -1,7 +1,7 @@
 //! From a frame and a camera to a film, on all threads.
 //!
-//! The picture is cut into tiles that threads take as they come. What a pixel becomes depends on the seed and the pixel
-//! alone, so the picture is the same for any number of threads.
+//! The picture is cut into tiles that threads take as they come. What a pixel becomes depends on
+//! the seed and the pixel alone, so the picture is the same for any number of threads.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,7 +22,8 @@ pub struct Settings {
     pub height: u32,
     /// Samples per pixel, at least 1.
     pub spp: u32,
-    /// The first sample's number. Pictures of samples 0..8 and 8..16 complement each other: their mean is that of 0..16.
+    /// The first sample's number. Pictures of samples 0..8 and 8..16 complement each other: their
+    /// mean is that of 0..16.
     pub first_sample: u32,
     /// Another seed, other noise.
     pub seed: u64,
@@ -32,7 +33,8 @@ pub struct Settings {
     pub integrator: IntegratorKind,
     /// How often a path may scatter.
     pub max_depth: u32,
-    /// The most radiance that one path may bring from beyond its first bounce; biased, and therefore off unless asked for.
+    /// The most radiance that one path may bring from beyond its first bounce; biased, and
+    /// therefore off unless asked for.
     pub clamp: Option<f32>,
 }
 
@@ -124,10 +126,12 @@ const TILE: u32 = 16;
 /// How many samples are traced together: what they need stays in the second cache.
 const WAVE: usize = 1024;
 
-/// Makes a picture. `progress` is called by the tracing threads whenever a tile is finished, and may ask to stop.
+/// Makes a picture. `progress` is called by the tracing threads whenever a tile is finished, and
+/// may ask to stop.
 ///
 /// # Errors
-/// Sizes, samples or threads that cannot be had; [`RenderError::Stopped`] when `progress` broke off.
+/// Sizes, samples or threads that cannot be had; [`RenderError::Stopped`] when `progress` broke
+/// off.
 pub fn render(
     frame: &Frame,
     camera: &Camera,
@@ -137,7 +141,8 @@ pub fn render(
     render_with(settings.integrator.with(settings).as_ref(), frame, camera, settings, progress)
 }
 
-/// As [`render`], with an integrator of the caller's own; [`Settings::integrator`] is not looked at.
+/// As [`render`], with an integrator of the caller's own; [`Settings::integrator`] is not looked
+/// at.
 ///
 /// # Errors
 /// As for [`render`].

@@ -1,10 +1,12 @@
 //! Numbers for one sample of one pixel: scrambled Sobol points, two dimensions at a time.
 //!
-//! Every pair of dimensions is the two-dimensional Sobol sequence, visited in an order and with values that are
-//! scrambled by a hash of seed, pixel and pair. So a pixel's samples are stratified in every pair, pixels and pairs know
-//! nothing of each other, and a number depends on where it is asked for, never on which thread asks.
+//! Every pair of dimensions is the two-dimensional Sobol sequence, visited in an order and with
+//! values that are scrambled by a hash of seed, pixel and pair. So a pixel's samples are stratified
+//! in every pair, pixels and pairs know nothing of each other, and a number depends on where it is
+//! asked for, never on which thread asks.
 //!
-//! Burley 2020, "Practical Hash-based Owen Scrambling"; the hash is Vegdahl's variant of the one by Laine and Karras.
+//! Burley 2020, "Practical Hash-based Owen Scrambling"; the hash is Vegdahl's variant of the one by
+//! Laine and Karras.
 
 /// The source of numbers for one sample of one pixel.
 #[derive(Debug, Clone)]
@@ -27,8 +29,8 @@ impl Sampler {
         Self { pixel: combine(combine(seed, pixel[0]), pixel[1]), index, pair: 0 }
     }
 
-    /// Goes to the numbers of a bounce, whichever were used before, so that all paths of a pixel use the same pairs for
-    /// the same purpose. Bounce 0 is where the camera ray arrives.
+    /// Goes to the numbers of a bounce, whichever were used before, so that all paths of a pixel
+    /// use the same pairs for the same purpose. Bounce 0 is where the camera ray arrives.
     pub fn begin_bounce(&mut self, bounce: u32) {
         self.pair = PAIRS_OF_CAMERA.wrapping_add(bounce.wrapping_mul(PAIRS_PER_BOUNCE));
     }
@@ -67,8 +69,10 @@ pub(crate) fn unit(bits: u32) -> f32 {
 
 /// The second dimension of the Sobol sequence, as a fraction of 2^32.
 ///
-/// Its matrix is Pascal's triangle modulo two, and a binomial coefficient `n` over `k` is odd exactly if the bits of `k` are among those of `n` (Lucas 1878).
-/// So each bit of the point is the parity of all bits of the index whose places contain its own, which takes one step for each of the five bits of a place.
+/// Its matrix is Pascal's triangle modulo two, and a binomial coefficient `n` over `k` is odd
+/// exactly if the bits of `k` are among those of `n` (Lucas 1878). So each bit of the point is the
+/// parity of all bits of the index whose places contain its own, which takes one step for each of
+/// the five bits of a place.
 fn second_sobol(index: u32) -> u32 {
     let mut bits = index;
     bits ^= bits >> 16;
@@ -116,7 +120,8 @@ mod tests {
     #[test]
     fn every_power_of_two_of_samples_is_stratified() {
         for pair in 0..6 {
-            // Of 64 samples each lies in a cell of its own: 64 x 1, 1 x 64, 8 x 8, and all shapes between.
+            // Of 64 samples each lies in a cell of its own: 64 x 1, 1 x 64, 8 x 8, and all shapes
+            // between.
             for columns in [1_u32, 2, 4, 8, 16, 32, 64] {
                 let rows = 64 / columns;
                 let mut taken = [false; 64];

@@ -82,8 +82,9 @@ impl Wrap {
 }
 
 impl Texture {
-    /// The colour at a place, linear RGBA in 0..=1. (0, 0) is the upper left corner of the image, (1, 1) the lower right.
-    /// A texture without texels, or with too few, is white; a place that is not finite counts as (0, 0).
+    /// The colour at a place, linear RGBA in 0..=1. (0, 0) is the upper left corner of the image,
+    /// (1, 1) the lower right. A texture without texels, or with too few, is white; a place that is
+    /// not finite counts as (0, 0).
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
         let texels = u64::from(self.width) * u64::from(self.height);
         if texels == 0 || (self.texels.len() as u64) < texels {
@@ -136,7 +137,8 @@ impl TextureRef {
         [cos * u + sin * v + self.offset[0], -sin * u + cos * v + self.offset[1]]
     }
 
-    /// The colour at a place of a surface, linear RGBA in 0..=1; white when there is no such texture.
+    /// The colour at a place of a surface, linear RGBA in 0..=1; white when there is no such
+    /// texture.
     pub fn lookup(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 4] {
         textures.get(self.texture as usize).map_or([1.0; 4], |texture| texture.lookup(self.transformed(uv)))
     }

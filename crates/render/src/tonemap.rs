@@ -1,19 +1,22 @@
 //! From linear light to what a screen shows: exposure, a filmic curve, sRGB.
 //!
-//! The curve is the rational function with which Narkowicz 2015, "ACES Filmic Tone Mapping Curve", follows the film-like
-//! response of the Academy Color Encoding System: dark tones get a short toe, bright ones run softly into white.
+//! The curve is the rational function with which Narkowicz 2015, "ACES Filmic Tone Mapping Curve",
+//! follows the film-like response of the Academy Color Encoding System: dark tones get a short toe,
+//! bright ones run softly into white.
 
 use crate::Film;
 use crate::color::{bounded, cleaned, luminance, srgb_from_linear};
 
-/// Eight-bit sRGB, three bytes per pixel, row by row from the top: exposed, through the filmic curve, encoded.
+/// Eight-bit sRGB, three bytes per pixel, row by row from the top: exposed, through the filmic
+/// curve, encoded.
 ///
 /// `exposure` multiplies the film; see [`automatic_exposure`].
 pub fn develop(film: &Film, exposure: f32) -> Vec<u8> {
     bytes(film, |channel| filmic(channel * exposure))
 }
 
-/// Eight-bit sRGB of a picture whose colours are meant to be seen as they are, such as a heat map: encoded only.
+/// Eight-bit sRGB of a picture whose colours are meant to be seen as they are, such as a heat map:
+/// encoded only.
 pub fn encode(film: &Film) -> Vec<u8> {
     bytes(film, |channel| channel)
 }
@@ -32,9 +35,9 @@ fn filmic(linear: f32) -> f32 {
 /// Luminance that the middle of the scene's tones is brought to.
 const MIDDLE_GREY: f32 = 0.18;
 
-/// The exposure that brings a film to a middle brightness: what the geometric mean of the pixels has to be multiplied by
-/// to become middle grey. The darkest and the brightest twentieth do not count, so that neither lamps nor holes in the
-/// scene decide; a wholly black film gets 1.
+/// The exposure that brings a film to a middle brightness: what the geometric mean of the pixels
+/// has to be multiplied by to become middle grey. The darkest and the brightest twentieth do not
+/// count, so that neither lamps nor holes in the scene decide; a wholly black film gets 1.
 ///
 /// Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images".
 pub fn automatic_exposure(film: &Film) -> f32 {

@@ -55,8 +55,8 @@ pub(crate) fn cosine_hemisphere(u: Vec2) -> Vec3 {
     point.extend((1.0 - point.length_squared()).max(0.0).sqrt())
 }
 
-/// A direction within an angle of +z, uniform by solid angle. `versine` is one minus the cosine of the angle: for small
-/// angles the cosine itself would have no digits left.
+/// A direction within an angle of +z, uniform by solid angle. `versine` is one minus the cosine of
+/// the angle: for small angles the cosine itself would have no digits left.
 pub(crate) fn cone(u: Vec2, versine: f32) -> Vec3 {
     let drop = u.x * versine;
     let radius = (drop * (2.0 - drop)).max(0.0).sqrt();

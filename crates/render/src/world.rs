@@ -1,4 +1,5 @@
-//! A scene with all that belongs to it: what it looks like, what lights it, who looks at it, and how it moves.
+//! A scene with all that belongs to it: what it looks like, what lights it, who looks at it, and
+//! how it moves.
 
 use std::sync::Arc;
 

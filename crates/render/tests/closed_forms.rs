@@ -44,9 +44,10 @@ fn a_small_area_light_gives_the_irradiance_of_its_view_factor() {
 
 #[test]
 fn lamps_under_uneven_scale_are_weighed_by_their_area_in_the_world() {
-    // One lamp is stretched a hundredfold along x and is far larger in the world than in its own space; the other is
-    // small. Weighed wrongly, the mean would be right but the noise would not: both lamps face the floor from the same
-    // height, so choosing by power makes the estimate nearly constant.
+    // One lamp is stretched a hundredfold along x and is far larger in the world than in its own
+    // space; the other is small. Weighed wrongly, the mean would be right but the noise would not:
+    // both lamps face the floor from the same height, so choosing by power makes the estimate
+    // nearly constant.
     let lamp = || Material::emissive([1.0; 3]);
     let (height, sizes) = (20.0, [[4.0, 0.2, 0.04], [0.04, 5.0, 4.0]]);
     let mut model = floor();
@@ -169,8 +170,9 @@ fn a_pane_lets_the_light_of_all_lights_through_by_the_fraction_it_does_not_refle
         let sun = Light::Sun { direction: [0.6, -0.8, 0.0], irradiance: [3.0; 3], angle: 0.0 };
         let frame = pane(floor()).lit_by(sun).frame();
         let under = glimpse(&frame, [0.3, 0.1, 0.0], [0.0; 3], kind, 4, 0);
-        // What the pane throws back to the floor is light that the sun has sent there before, seen in a mirror: it is
-        // there in the picture, but small; the floor around the pane is lit fully and its mirror image in the pane is too.
+        // What the pane throws back to the floor is light that the sun has sent there before, seen
+        // in a mirror: it is there in the picture, but small; the floor around the pane is lit
+        // fully and its mirror image in the pane is too.
         let direct = 0.8 / PI * 3.0 * 0.8 * passed;
         assert!(under.mean > direct * 0.999 && under.mean < direct * 1.25, "{kind}: {under:?} for {direct}");
     }

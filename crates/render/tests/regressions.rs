@@ -10,7 +10,8 @@ use kinetree_render::{Camera, IntegratorKind, Light, Material, Scatter, Sky};
 
 const BOTH: [IntegratorKind; 2] = [IntegratorKind::Simple, IntegratorKind::Path];
 
-/// A square of a size at a place, facing up, of reflectance one half, too small to light what lights it.
+/// A square of a size at a place, facing up, of reflectance one half, too small to light what
+/// lights it.
 fn patch(model: Model, size: f32, position: [f32; 3]) -> Model {
     let placement = placed([size; 3], [0.0, 1.0, 0.0], 0.0, position);
     model.with(&Shape::square(), Material::diffuse([0.5; 3]), placement)
@@ -20,8 +21,8 @@ fn pane() -> Material {
     Material { scatter: Scatter::ThinDielectric { ior: 1.5 }, ..Material::diffuse([1.0; 3]) }
 }
 
-/// The fraction that a pane of glass lets through, by the cosine of the angle of incidence: the textbook's amplitudes, summed
-/// over all reflections inside.
+/// The fraction that a pane of glass lets through, by the cosine of the angle of incidence: the
+/// textbook's amplitudes, summed over all reflections inside.
 fn passed(cosine: f64) -> f64 {
     let beyond = (1.0 - (1.0 - cosine * cosine) / 2.25).sqrt();
     let reflected =
@@ -32,7 +33,8 @@ fn passed(cosine: f64) -> f64 {
 
 #[test]
 fn all_the_light_of_a_lamp_arrives_from_any_distance() {
-    // The lamp has small coordinates, or a placement of its own, and is seen straight or from the side.
+    // The lamp has small coordinates, or a placement of its own, and is seen straight or from the
+    // side.
     let lamp = || Material::emissive([50.0; 3]);
     for distance in [0.03_f32, 0.3, 1.0, 3.0, 10.0, 300.0] {
         let side = 0.3 * distance;
@@ -50,7 +52,8 @@ fn all_the_light_of_a_lamp_arrives_from_any_distance() {
 
 #[test]
 fn a_lamp_seen_from_the_side_does_not_shade_itself() {
-    // A wall of light from the floor up, beside a place: half of the form factor of a perpendicular rectangle.
+    // A wall of light from the floor up, beside a place: half of the form factor of a perpendicular
+    // rectangle.
     for turn in [0.0_f32, 0.3] {
         for distance in [0.01_f32, 1.0, 100.0] {
             let frame = |kind_of_wall: Material| {

@@ -78,7 +78,8 @@ fn film_becomes_bytes() {
 
 #[test]
 fn only_cameras_with_clamp_lose_light() {
-    // A closed bright room: what comes from beyond the first bounce is bounded by the clamp, and only then.
+    // A closed bright room: what comes from beyond the first bounce is bounded by the clamp, and
+    // only then.
     let material = Material { emission: [1.0; 3], ..Material::diffuse([0.5; 3]) };
     let room = Model::default().with(&Shape::cube().inverted(), material, Affine::IDENTITY).frame();
     let inside = Camera::look_at([0.0; 3], [1.0, 0.2, 0.1], 1.0);

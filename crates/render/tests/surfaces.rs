@@ -91,7 +91,8 @@ fn vertex_colours_textures_and_base_colour_multiply() {
 #[test]
 fn mirrored_and_stretched_instances_are_lit_by_their_normals_in_the_world() {
     let sun = Light::Sun { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3], angle: 0.0 };
-    // An oblique roof in its own space, flattened or steepened by its instance; with normals of its own and without.
+    // An oblique roof in its own space, flattened or steepened by its instance; with normals of its
+    // own and without.
     for (scale, turn) in
         [([1.0, 0.5, 1.0], 0.0), ([-2.0, 3.0, 1.0], 0.4), ([1.0, 1.0, -0.3], -0.2), ([-1.0, 0.2, -4.0], 0.9)]
     {
@@ -130,7 +131,8 @@ fn one_sided_lamps_shine_from_their_front_however_they_are_placed() {
 fn bad_data_never_reaches_the_film() {
     let nan = f32::NAN;
     let mut shape = Shape::sphere(4).smooth();
-    // Triangles without area, normals without length, texture coordinates and colours that are no numbers.
+    // Triangles without area, normals without length, texture coordinates and colours that are no
+    // numbers.
     shape.triangles.extend([[0, 0, 0], [1, 1, 2], [3, 4, 3]]);
     shape.normals = shape.normals.map(|mut normals| {
         normals.iter_mut().step_by(3).for_each(|normal| *normal = [0.0; 3]);

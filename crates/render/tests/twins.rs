@@ -11,7 +11,8 @@ use kinetree_render::{
     Texture, Tracer, Wrap, render_with,
 };
 
-/// A bit of everything: area lights, a sun with a disc, a sky, glass, a pane, textures, masks and blends.
+/// A bit of everything: area lights, a sun with a disc, a sky, glass, a pane, textures, masks and
+/// blends.
 fn everything() -> Frame {
     let mut model = Model::default();
     let board = (0..64).map(|i| if (i + i / 8) % 2 == 0 { [230, 200, 60, 255] } else { [40, 60, 200, 90] }).collect();
@@ -97,8 +98,8 @@ fn asking_lights_changes_the_noise_and_not_the_mean() {
     for (index, (simple, path)) in simple.iter().zip(&path).enumerate() {
         let error = (simple.error.powi(2) + path.error.powi(2)).sqrt();
         let apart = (simple.mean - path.mean).abs() / error;
-        // Errors are themselves estimated from eight runs: Student's t with some fourteen degrees of freedom passes six
-        // about once in 30 000.
+        // Errors are themselves estimated from eight runs: Student's t with some fourteen degrees
+        // of freedom passes six about once in 30 000.
         assert!(apart < 6.0, "block {}, channel {}: {simple:?} {path:?}", index / 3, index % 3);
         assert!(error < 0.03 * path.mean, "block {}: too noisy to tell: {simple:?} {path:?}", index / 3);
         distance += (simple.mean - path.mean) / path.mean / 48.0;
@@ -119,7 +120,8 @@ impl Integrator for OneByOne {
 fn many_rays_together_bring_what_they_bring_one_by_one_to_the_bit() {
     let frame = everything();
     for kind in IntegratorKind::ALL {
-        // More samples than are traced together, and fewer; paths that end soon or late; no light lost, or some.
+        // More samples than are traced together, and fewer; paths that end soon or late; no light
+        // lost, or some.
         for (size, spp, max_depth, clamp) in
             [(40, 5, 64, None), (21, 90, 3, None), (9, 1, 64, Some(0.5)), (5, 1, 0, None)]
         {

@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::region::{Sample, around, dense};
 
-/// A backdrop is so many times as large, along every axis, as where the rest is dense. A room is less.
+/// A backdrop is so many times as large, along every axis, as where the rest is dense. A room is
+/// less.
 const MUCH_LARGER: f32 = 3.0;
 
 /// A backdrop holds this part of the rest.

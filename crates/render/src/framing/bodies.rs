@@ -10,7 +10,8 @@ const MOST_INSTANCES: usize = 2048;
 /// By how much of its size a body reaches beyond its box for parts that belong to it.
 const REACH: f32 = 0.05;
 
-/// What is larger than this part of a body is one of its own: trees may grow into each other, and remain trees.
+/// What is larger than this part of a body is one of its own: trees may grow into each other, and
+/// remain trees.
 const PART: f32 = 0.6;
 
 /// A moving instance with those that belong to it.
@@ -70,7 +71,8 @@ fn moves(instance: &InstanceView<'_>) -> bool {
     instance.motion() != Motion::Static
 }
 
-/// Each belongs to the smallest of the larger ones that its middle lies in, if there is one. Takes the largest first.
+/// Each belongs to the smallest of the larger ones that its middle lies in, if there is one. Takes
+/// the largest first.
 fn join(instances: Vec<Body>) -> Vec<Body> {
     let mut bodies: Vec<Body> = Vec::new();
     // As they were before anything joined: a row of things does not grow into one.

@@ -36,8 +36,9 @@ fn whole(objects: &Objects, aspect: f32) -> Vec<Camera> {
     directions.filter_map(|toward| fitted(&objects.corners, toward, aspect)).collect()
 }
 
-/// The nearest camera in a direction that has all points within the picture. Along each axis of the picture the points bound
-/// two planes through the eye, and the eye stands where the farther pair of planes meets.
+/// The nearest camera in a direction that has all points within the picture. Along each axis of the
+/// picture the points bound two planes through the eye, and the eye stands where the farther pair
+/// of planes meets.
 fn fitted(points: &[Vec3], toward: Vec3, aspect: f32) -> Option<Camera> {
     let right = Vec3::Y.cross(toward).normalize();
     let up = toward.cross(right);
@@ -69,7 +70,8 @@ fn around(region: &Region, aspect: f32) -> Vec<Camera> {
         for closeness in [1.05, 0.85, 0.65] {
             for azimuth in AZIMUTHS {
                 let toward = direction(azimuth, elevation);
-                // What is seen of the region from there is no wider than its shadow in that direction.
+                // What is seen of the region from there is no wider than its shadow in that
+                // direction.
                 let distance = closeness * shadow(region.half(), toward) / narrow.sin();
                 let eye = region.center() + toward * distance.max(1e-5);
                 cameras.push(Camera::look_at(eye.into(), region.center().into(), OUTSIDE_FOV));
@@ -79,7 +81,8 @@ fn around(region: &Region, aspect: f32) -> Vec<Camera> {
     cameras
 }
 
-/// Inside the region: in the middle and towards the sides, at the height of the middle and above, looking across.
+/// Inside the region: in the middle and towards the sides, at the height of the middle and above,
+/// looking across.
 pub(super) fn inside(region: &Region) -> Vec<Camera> {
     let mut cameras = Vec::new();
     for height in [0.15, 0.5, -0.2] {
@@ -101,7 +104,8 @@ pub(super) fn direction(azimuth: f32, elevation: f32) -> Vec3 {
     Vec3::new(sin * elevation.cos(), elevation.sin(), cos * elevation.cos())
 }
 
-/// Radius of a box of half extents `half` as seen along a unit vector, about: its half diagonal across the view.
+/// Radius of a box of half extents `half` as seen along a unit vector, about: its half diagonal
+/// across the view.
 pub(super) fn shadow(half: Vec3, along: Vec3) -> f32 {
     let depth = half.dot(along.abs());
     (half.length_squared() - 0.5 * depth * depth).max(0.0).sqrt()

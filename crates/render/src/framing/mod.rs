@@ -1,9 +1,12 @@
 //! A camera for who brings none.
 //!
-//! Where something moves, that is what the picture is about: `bodies` finds what moves, `subject` the group to be shown,
-//! and `portrait` the camera that shows it best. Where nothing does, or it cannot be seen, the place itself is shown. Where most of the surface is, weighed so that a few huge or far triangles do not decide, is the region of interest.
-//! Some dozens of cameras are tried, around it and inside it; each looks with a few hundred rays, and the one that sees
-//! most of the region, in most variety, is taken. So a car on a plain is seen from outside, as a whole, and a kitchen from within.
+//! Where something moves, that is what the picture is about: `bodies` finds what moves, `subject`
+//! the group to be shown, and `portrait` the camera that shows it best. Where nothing does, or it
+//! cannot be seen, the place itself is shown. Where most of the surface is, weighed so that a few
+//! huge or far triangles do not decide, is the region of interest. Some dozens of cameras are
+//! tried, around it and inside it; each looks with a few hundred rays, and the one that sees most
+//! of the region, in most variety, is taken. So a car on a plain is seen from outside, as a whole,
+//! and a kitchen from within.
 
 mod backdrop;
 mod bodies;
@@ -22,10 +25,11 @@ use region::Region;
 use score::Score;
 use subject::Subject;
 
-/// A camera that shows what moves in a frame, or else the middle of it. The same frame and aspect (width over height) give
-/// the same camera.
+/// A camera that shows what moves in a frame, or else the middle of it. The same frame and aspect
+/// (width over height) give the same camera.
 ///
-/// Tries some hundreds of cameras with a few hundred rays each. A frame without triangles is seen from some way off.
+/// Tries some hundreds of cameras with a few hundred rays each. A frame without triangles is seen
+/// from some way off.
 pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
     let Some(region) = Region::of(frame) else {
         return Camera::look_at([3.0, 2.0, 4.0], [0.0; 3], candidates::OUTSIDE_FOV);
@@ -35,7 +39,8 @@ pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
     portrait.unwrap_or_else(|| overview(frame, &region, aspect))
 }
 
-/// Objects of which this part is seen from outside are looked at from there; less is seen of a room.
+/// Objects of which this part is seen from outside are looked at from there; less is seen of a
+/// room.
 const SEEN_FROM_OUTSIDE: f32 = 0.2;
 
 /// The camera that shows a region best.

@@ -43,7 +43,8 @@ impl Picture {
         self.forward + self.right * at.x + self.up * at.y
     }
 
-    /// The size of a body as a part of the picture's width, about; large without bound for what is at the eye.
+    /// The size of a body as a part of the picture's width, about; large without bound for what is
+    /// at the eye.
     pub(super) fn width_of(&self, body: &Shown) -> f32 {
         body.size / (2.0 * self.half.x * body.center.distance(self.eye)).max(1e-30)
     }
@@ -67,7 +68,8 @@ impl Extent {
         (self.min, self.max) = (self.min.min(at), self.max.max(at));
     }
 
-    /// The part of the picture's width or height that it takes up, whichever is larger; 0 without points.
+    /// The part of the picture's width or height that it takes up, whichever is larger; 0 without
+    /// points.
     pub(super) fn largest(&self) -> f32 {
         (0.5 * (self.max - self.min)).max_element().max(0.0)
     }

@@ -1,7 +1,9 @@
-//! A camera for what moves: from a little above it, at the distance from which it is neither lost nor too much.
+//! A camera for what moves: from a little above it, at the distance from which it is neither lost
+//! nor too much.
 //!
-//! Some hundreds of cameras stand around the subject. Rays to places on its bodies tell how much of each is in the picture
-//! and open to sight; the best of the cameras are then judged by the whole of what they see.
+//! Some hundreds of cameras stand around the subject. Rays to places on its bodies tell how much of
+//! each is in the picture and open to sight; the best of the cameras are then judged by the whole
+//! of what they see.
 
 use glam::Vec2;
 
@@ -13,7 +15,8 @@ use crate::{Camera, Frame};
 
 /// Directions in which cameras stand.
 const AZIMUTHS: u32 = 20;
-/// Elevations of cameras, radians: low ones have the horizon in the picture, high ones see over what is in front.
+/// Elevations of cameras, radians: low ones have the horizon in the picture, high ones see over
+/// what is in front.
 const ELEVATIONS: [f32; 4] = [0.18, 0.25, 0.34, 0.43];
 /// Distances, over that from which the subject just fits.
 const DISTANCES: [f32; 6] = [0.45, 0.6, 0.8, 1.05, 1.4, 1.9];
@@ -27,7 +30,8 @@ const RECOGNISED: f32 = 0.08;
 const FOREGROUND: f32 = 0.3;
 /// Places nearer to the edge of the picture, which is at 1, are cut off.
 const MARGIN: f32 = 0.96;
-/// By how much the middle of a picture lies above the middle of a group, in halves of the picture's height.
+/// By how much the middle of a picture lies above the middle of a group, in halves of the picture's
+/// height.
 const RAISED: f32 = 0.12;
 /// The part of the width or height of the picture that the subject takes up at least.
 const FILLED_BY_ALL: f32 = 0.85;
@@ -67,7 +71,8 @@ fn candidates(subject: &Subject, aspect: f32) -> impl Iterator<Item = Camera> {
     })
 }
 
-/// Turned so that the subject is in the middle of the picture, or a little below where there is a horizon to be seen.
+/// Turned so that the subject is in the middle of the picture, or a little below where there is a
+/// horizon to be seen.
 fn aimed(subject: &Subject, camera: &Camera, aspect: f32) -> Camera {
     let picture = Picture::new(camera, aspect);
     let mut extent = Extent::default();

@@ -1,11 +1,12 @@
 //! The region of interest: along each axis, where a frame's surface is dense.
 //!
-//! The shortest interval that holds most of the weight finds the dense part however much lies around it (Rousseeuw and
-//! Leroy 1987, "Robust Regression and Outlier Detection", the shortest half); it then grows for as long as what it grows
-//! into is of comparable density. Hills and strays stay outside, and so do sky domes, however finely they are divided.
+//! The shortest interval that holds most of the weight finds the dense part however much lies
+//! around it (Rousseeuw and Leroy 1987, "Robust Regression and Outlier Detection", the shortest
+//! half); it then grows for as long as what it grows into is of comparable density. Hills and
+//! strays stay outside, and so do sky domes, however finely they are divided.
 //!
-//! Where most of that belongs to objects that are not much larger, the region is these objects as a whole: a head or a tail
-//! is part of the picture though little of the surface is there.
+//! Where most of that belongs to objects that are not much larger, the region is these objects as a
+//! whole: a head or a tail is part of the picture though little of the surface is there.
 
 use std::collections::BTreeMap;
 
@@ -43,7 +44,8 @@ const CORE: f64 = 0.6;
 const STEP: f64 = 0.25;
 /// Density of what is grown into, over that of the core, from which growing goes on.
 const COMPARABLE: f64 = 0.25;
-/// How many times the median area counts: a ground of two triangles must not outweigh what stands on it.
+/// How many times the median area counts: a ground of two triangles must not outweigh what stands
+/// on it.
 const LARGEST_WEIGHT: f64 = 8.0;
 
 /// An instance is an object of the region when this part of it is there ...
@@ -115,7 +117,8 @@ impl Region {
 }
 
 impl Objects {
-    /// Those of a box, or none if much in it belongs to larger things. There are as many weights as samples.
+    /// Those of a box, or none if much in it belongs to larger things. There are as many weights as
+    /// samples.
     fn of(samples: &[Sample], weights: &[f64], min: Vec3, max: Vec3) -> Option<Self> {
         let reach = Vec3::splat(1e-3 * (max - min).max_element());
         let is_there =
@@ -167,7 +170,8 @@ pub(super) fn around(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), &point| (min.min(point), max.max(point)))
 }
 
-/// Triangles at even strides through all instances, in order. Those without area are nothing to look at.
+/// Triangles at even strides through all instances, in order. Those without area are nothing to
+/// look at.
 fn samples(frame: &Frame) -> Vec<Sample> {
     let total: usize = frame.view.instances().map(|instance| instance.triangles().len()).sum();
     let stride = total.div_ceil(SAMPLES).max(1);

@@ -116,8 +116,8 @@ fn distinct(mut values: Vec<u32>) -> f32 {
     values.len() as f32
 }
 
-/// How evenly values are spread, from 0 for a single one to 1 for `most` of equal number or more: the exponential of their
-/// entropy, on a logarithmic scale.
+/// How evenly values are spread, from 0 for a single one to 1 for `most` of equal number or more:
+/// the exponential of their entropy, on a logarithmic scale.
 fn evenness(mut values: Vec<u32>, most: f32) -> f32 {
     values.sort_unstable();
     let total = (values.len() as f32).max(1.0);

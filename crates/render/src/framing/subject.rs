@@ -1,4 +1,5 @@
-//! What the picture of a moving scene is about: the densest group of what moves, or all of it when nearly all moves.
+//! What the picture of a moving scene is about: the densest group of what moves, or all of it when
+//! nearly all moves.
 
 use glam::Vec3;
 
@@ -6,13 +7,16 @@ use super::bodies::{Body, moving_bodies};
 use super::region::Region;
 use crate::Frame;
 
-/// From this part of all triangles on, everything is said to move, if it also takes [this part](ALL_ROUND) of the room.
+/// From this part of all triangles on, everything is said to move, if it also takes [this
+/// part](ALL_ROUND) of the room.
 const NEARLY_ALL: f32 = 0.6;
-/// The box around what moves over the box around everything, by their diagonals, from which nothing else is worth a look.
+/// The box around what moves over the box around everything, by their diagonals, from which nothing
+/// else is worth a look.
 const ALL_ROUND: f32 = 0.3;
 /// The part of the moving triangles below which a group is decoration.
 const WORTH_A_LOOK: f32 = 0.1;
-/// What is larger than this part of the region where most things are is no body in it but a part of the world.
+/// What is larger than this part of the region where most things are is no body in it but a part of
+/// the world.
 const PART_OF_THE_WORLD: f32 = 0.5;
 /// How far neighbours are, in sizes of the body they are neighbours of.
 const NEIGHBOURHOOD: f32 = 6.0;

@@ -1,6 +1,7 @@
 //! How open a place is: the fraction of the light of an even dome that is not blocked nearby.
 //!
-//! Nearby means within half the distance to the viewer, so that a thimble shows as much as a stadium.
+//! Nearby means within half the distance to the viewer, so that a thimble shows as much as a
+//! stadium.
 //!
 //! Zhukov, Iones and Kronin 1998, "An Ambient Light Illumination Model".
 
@@ -18,8 +19,8 @@ use crate::{Sampler, Tracer};
 pub struct Ambient;
 
 impl Ambient {
-    /// A ray from a place that another ray has seen: the place is open if this one meets nothing. `None` where it leads below
-    /// the true surface: there everything is blocked.
+    /// A ray from a place that another ray has seen: the place is open if this one meets nothing.
+    /// `None` where it leads below the true surface: there everything is blocked.
     fn feeler(point: &SurfaceInteraction<'_>, seen_by: &Ray, sampler: &mut Sampler) -> Option<Ray> {
         sampler.begin_bounce(0);
         let direction =

@@ -1,4 +1,5 @@
-//! How much work a ray is: nodes visited and triangles tested, from black over blue and red to white.
+//! How much work a ray is: nodes visited and triangles tested, from black over blue and red to
+//! white.
 
 use glam::Vec3;
 use kinetree::{Ray, Work};
@@ -6,7 +7,8 @@ use kinetree::{Ray, Work};
 use super::Integrator;
 use crate::{Sampler, Tracer};
 
-/// The work per camera ray as a colour. The scale is the same for all pictures, so that they can be compared.
+/// The work per camera ray as a colour. The scale is the same for all pictures, so that they can be
+/// compared.
 #[derive(Debug, Clone, Copy)]
 pub struct Heatmap;
 

@@ -1,6 +1,7 @@
 //! What a ray from the camera brings home: one file for each kind of picture.
 //!
-//! `simple_path.rs` is the one to read first; `path.rs` computes the same faster. The others show what is inside.
+//! `simple_path.rs` is the one to read first; `path.rs` computes the same faster. The others show
+//! what is inside.
 
 mod ambient;
 mod first_hit;
@@ -29,10 +30,11 @@ pub use normals::Normals;
 pub use path::Path;
 pub use simple_path::SimplePath;
 
-/// Turns a ray from the camera into a colour. A pure function of the frame, the ray and the sampler's numbers.
+/// Turns a ray from the camera into a colour. A pure function of the frame, the ray and the
+/// sampler's numbers.
 pub trait Integrator: Send + Sync {
-    /// The colour that comes along a ray of unit direction, linear RGB: radiance, or for pictures that
-    /// [are ready](Integrator::is_display_ready) a colour in 0..=1.
+    /// The colour that comes along a ray of unit direction, linear RGB: radiance, or for pictures
+    /// that [are ready](Integrator::is_display_ready) a colour in 0..=1.
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3];
 
     /// The colours along the rays of many samples, neighbours of which go nearly alike: those of

@@ -5,8 +5,8 @@
 //! [`Integrator::radiance`] follows one path to its end, `wavefront.rs` many at once; both shade
 //! their vertices with [`Path::shade_vertex`].
 //!
-//! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"; Arvo and Kirk 1990,
-//! "Particle Transport and Image Synthesis" (roulette).
+//! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"; Arvo
+//! and Kirk 1990, "Particle Transport and Image Synthesis" (roulette).
 
 use glam::Vec3;
 use kinetree::Ray;
@@ -22,8 +22,8 @@ use crate::{Sampler, SceneContext, Tracer, scatter};
 pub struct Path {
     /// How often a path may scatter.
     pub max_depth: u32,
-    /// Upper bound of a single contribution from beyond the first bounce, radiance, if there is one:
-    /// less noise, but biased towards dark.
+    /// Upper bound of a single contribution from beyond the first bounce, radiance, if there is
+    /// one: less noise, but biased towards dark.
     pub clamp: Option<f32>,
     /// The bounce from which paths may be ended by Russian roulette.
     pub roulette_from: u32,
@@ -50,11 +50,11 @@ pub(super) struct PathState {
     /// Radiance that the path has collected so far.
     radiance: Vec3,
     throughput: Vec3,
-    /// `None` when the last vertex was specular, or there was none: then light sampling could not have
-    /// found what BSDF sampling finds.
+    /// `None` when the last vertex was specular, or there was none: then light sampling could not
+    /// have found what BSDF sampling finds.
     previous: Option<PreviousVertex>,
-    /// Product of the squared relative indices of refraction, which takes the scaling of radiance by
-    /// refraction out of the throughput for Russian roulette.
+    /// Product of the squared relative indices of refraction, which takes the scaling of radiance
+    /// by refraction out of the throughput for Russian roulette.
     eta_scale: f32,
     /// Upper bound of a single contribution.
     clamp: f32,
@@ -158,8 +158,8 @@ impl PathState {
         self.radiance
     }
 
-    /// Adds emitted radiance found by BSDF sampling. `pdf` is that of light sampling at a position for
-    /// the same direction.
+    /// Adds emitted radiance found by BSDF sampling. `pdf` is that of light sampling at a position
+    /// for the same direction.
     fn add_emission(&mut self, radiance: Vec3, pdf: impl Fn(Vec3) -> f32) {
         let weight = self.previous.map_or(1.0, |previous| power_heuristic(previous.pdf, pdf(previous.position)));
         self.add(self.throughput * radiance * weight);
@@ -204,13 +204,14 @@ impl PathState {
                 self.previous = None;
                 self.eta_scale *= eta * eta;
             }
-            // Light sampling computes its weight without the thin glass on the way. The previous vertex
-            // is kept here too, so that the weights of both techniques sum to one.
+            // Light sampling computes its weight without the thin glass on the way. The previous
+            // vertex is kept here too, so that the weights of both techniques sum to one.
             ScatterKind::StraightThrough => {}
         }
     }
 
-    /// Russian roulette: the path survives with a probability of its throughput, which is divided by it.
+    /// Russian roulette: the path survives with a probability of its throughput, which is divided
+    /// by it.
     fn survives_roulette(&mut self, u: f32) -> bool {
         let probability = (self.throughput.max_element() * self.eta_scale).min(1.0);
         if u >= probability {
@@ -221,8 +222,8 @@ impl PathState {
     }
 }
 
-/// The power heuristic with exponent 2: the weight of a technique with pdf `own` against another with
-/// pdf `other` (Veach and Guibas 1995).
+/// The power heuristic with exponent 2: the weight of a technique with pdf `own` against another
+/// with pdf `other` (Veach and Guibas 1995).
 fn power_heuristic(own: f32, other: f32) -> f32 {
     let ratio = other / own;
     let weight = 1.0 / (1.0 + ratio * ratio);

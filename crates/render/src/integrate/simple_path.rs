@@ -1,5 +1,5 @@
-//! Path tracing in its simplest form: follow a path from the camera, sample the BSDF at each vertex,
-//! and add what is emitted.
+//! Path tracing in its simplest form: follow a path from the camera, sample the BSDF at each
+//! vertex, and add what is emitted.
 //!
 //! Only delta lights are sampled directly, since BSDF sampling cannot find them. Kajiya 1986, "The
 //! Rendering Equation".

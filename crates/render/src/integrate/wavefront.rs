@@ -2,8 +2,8 @@
 //! together, then all shadow rays, so that coherent ones are traced as packets.
 //!
 //! Vertices are shaded by [`Path::shade_vertex`], as for a single path, and every path adds up its
-//! contributions in the same order: [`Path::radiance`](super::Integrator::radiance) is the slow twin,
-//! and pictures are the same to the bit.
+//! contributions in the same order: [`Path::radiance`](super::Integrator::radiance) is the slow
+//! twin, and pictures are the same to the bit.
 //!
 //! Laine, Karras and Aila 2013, "Megakernels Considered Harmful: Wavefront Path Tracing on GPUs".
 

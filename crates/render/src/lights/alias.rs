@@ -32,8 +32,9 @@ impl AliasTable {
                 small.push(donor);
             }
         }
-        // Rounding may leave small shares without a large one to fill their slots. Such a share is 1 but
-        // for rounding, unless its weight was zero: the slots of these go to the heaviest index.
+        // Rounding may leave small shares without a large one to fill their slots. Such a share is
+        // 1 but for rounding, unless its weight was zero: the slots of these go to the heaviest
+        // index.
         let heaviest = (0..count).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
         for index in small {
             if share[index] < 0.5 {
@@ -53,8 +54,8 @@ impl AliasTable {
         self.probabilities.get(index).copied().unwrap_or(0.0)
     }
 
-    /// Draws an index: `bits` choose the slot, `u` in 0..1 the index within it. `None` when the table is
-    /// empty.
+    /// Draws an index: `bits` choose the slot, `u` in 0..1 the index within it. `None` when the
+    /// table is empty.
     pub(super) fn draw(&self, bits: u32, u: f32) -> Option<usize> {
         let slot = ((u64::from(bits) * self.slots.len() as u64) >> 32) as usize;
         let &(own, other) = self.slots.get(slot)?;

@@ -58,7 +58,8 @@ fn runs(surface: &Surface, count: u32) -> impl Iterator<Item = (std::ops::Range<
 const PROBES: u32 = 4;
 
 impl Emitter {
-    /// `None` for a triangle without power: without area, or black wherever its texture was evaluated.
+    /// `None` for a triangle without power: without area, or black wherever its texture was
+    /// evaluated.
     fn new(frame: &Frame, instance: &InstanceView<'_>, primitive: u32) -> Option<Self> {
         let local =
             instance.triangles()[primitive as usize].map(|vertex| Vec3::from(instance.positions()[vertex as usize]));
@@ -92,8 +93,8 @@ impl Emitter {
         })
     }
 
-    /// Pdf per steradian, seen from `from`, of a point `at` that is sampled uniformly by area. Zero for a
-    /// triangle that is seen edge on.
+    /// Pdf per steradian, seen from `from`, of a point `at` that is sampled uniformly by area. Zero
+    /// for a triangle that is seen edge on.
     pub(super) fn pdf(&self, from: Vec3, at: Vec3) -> f32 {
         let offset = at - from;
         let squared = offset.length_squared();
@@ -122,18 +123,18 @@ impl Emitter {
     }
 }
 
-/// Shadow rays end at this part of the distance to an emissive triangle, so that they do not hit the
-/// triangle itself: distances of queries have a relative error of about 2^-22. Occluders within the
-/// last 2^-18 of the distance are missed.
+/// Shadow rays end at this part of the distance to an emissive triangle, so that they do not hit
+/// the triangle itself: distances of queries have a relative error of about 2^-22. Occluders within
+/// the last 2^-18 of the distance are missed.
 const SHADOW_RAY_END: f32 = 1.0 - 1.0 / (1 << 18) as f32;
 
 /// The same where the object-space ray of queries is not available, and the distance is computed in
 /// world space.
 const WORLD_SHADOW_RAY_END: f64 = 1.0 - 1e-5;
 
-/// The distance along a ray to the plane of a triangle as a query computes it: from the ray that the
-/// query transforms into object space. The direction is rounded, and for a triangle that is seen at
-/// a grazing angle the distance depends on that rounding.
+/// The distance along a ray to the plane of a triangle as a query computes it: from the ray that
+/// the query transforms into object space. The direction is rounded, and for a triangle that is
+/// seen at a grazing angle the distance depends on that rounding.
 fn distance_to(instance: &InstanceView<'_>, primitive: u32, corners: [Vec3; 3], ray: &Ray) -> Option<f32> {
     let distance = match instance.ray_in_object(ray) {
         Some(local) => {

@@ -37,8 +37,8 @@ impl Sun {
         let irradiance = cleaned(irradiance);
         let disc = (angle >= SMALLEST_DISC).then(|| {
             let half = 0.5 * angle.min(PI);
-            // The cosine integrated over the disc is pi sin^2 of half the angle, so this radiance gives
-            // the irradiance on a surface that faces the sun.
+            // The cosine integrated over the disc is pi sin^2 of half the angle, so this radiance
+            // gives the irradiance on a surface that faces the sun.
             Disc { versine: 2.0 * (0.5 * half).sin().powi(2), radiance: irradiance / (PI * half.sin().powi(2)) }
         });
         let power = luminance(irradiance);
@@ -74,8 +74,8 @@ impl Sun {
         }
     }
 
-    /// Radiance from a direction and the pdf with which [`Sun::sample`] samples it, if the disc covers
-    /// it.
+    /// Radiance from a direction and the pdf with which [`Sun::sample`] samples it, if the disc
+    /// covers it.
     pub(super) fn radiance_from(&self, direction: Vec3) -> Option<(Vec3, f32)> {
         let disc = self.disc?;
         // The squared chord between unit vectors is twice the versine of their angle, without
@@ -106,8 +106,8 @@ pub(super) fn sky_radiance(sky: &Sky, direction: Vec3) -> Vec3 {
 pub(super) fn sky_power(sky: &Sky) -> f32 {
     let mean = match *sky {
         Sky::Constant(radiance) => cleaned(radiance),
-        // Height is uniformly distributed over the sphere, so the mean over a hemisphere is the mean of
-        // its ends.
+        // Height is uniformly distributed over the sphere, so the mean over a hemisphere is the
+        // mean of its ends.
         Sky::Gradient { zenith, horizon, ground } => {
             cleaned(zenith) * 0.25 + cleaned(horizon) * 0.5 + cleaned(ground) * 0.25
         }

@@ -6,8 +6,8 @@
 //! their unshadowed contribution to the vertex, as long as there are few enough to evaluate them
 //! all.
 //!
-//! The sky is not sampled as a light: it is smooth, and BSDF sampling of a diffuse surface finds it as
-//! well; a shadow ray to it would be a second ray with the same distribution. An environment map
+//! The sky is not sampled as a light: it is smooth, and BSDF sampling of a diffuse surface finds it
+//! as well; a shadow ray to it would be a second ray with the same distribution. An environment map
 //! would be another kind of sky, in `infinite.rs`, and would have to be sampled.
 
 mod alias;
@@ -161,8 +161,8 @@ impl<'a> LightTable<'a> {
         near.chain(self.suns.iter().map(|sun| sun.sample([0.5; 2]))).filter(|light| light.is_delta)
     }
 
-    /// The pdf per steradian with which [`LightTable::sample_area_light`] samples, from `from`, the point
-    /// `at` on a triangle. Zero for triangles that do not emit.
+    /// The pdf per steradian with which [`LightTable::sample_area_light`] samples, from `from`, the
+    /// point `at` on a triangle. Zero for triangles that do not emit.
     pub(crate) fn area_light_pdf(&self, from: Vec3, instance: u32, primitive: u32, at: Vec3) -> f32 {
         let Some(range) = self.of_instance.get(instance as usize) else { return 0.0 };
         let (start, end) = (range.start as usize, range.end as usize);
@@ -172,8 +172,8 @@ impl<'a> LightTable<'a> {
         }
     }
 
-    /// Radiance of each infinite light in the direction of a ray that leaves the scene, and the pdf per
-    /// steradian with which [`LightTable::sample_sun`] samples the direction.
+    /// Radiance of each infinite light in the direction of a ray that leaves the scene, and the pdf
+    /// per steradian with which [`LightTable::sample_sun`] samples the direction.
     pub(crate) fn infinite_lights(&self, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
         let suns = self.suns.iter().enumerate().filter_map(move |(index, sun)| {
             sun.radiance_from(direction).map(|(radiance, pdf)| (radiance, pdf * self.sun_table.probability(index)))

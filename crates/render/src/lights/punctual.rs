@@ -17,8 +17,8 @@ pub(super) struct Punctual {
     cone: Option<Cone>,
 }
 
-/// Shadow rays end at this part of the distance to a light, so that a surface in which the light lies
-/// does not block it.
+/// Shadow rays end at this part of the distance to a light, so that a surface in which the light
+/// lies does not block it.
 const SHADOW_RAY_END: f32 = 1.0 - 1e-5;
 
 /// A computed value that is larger by this factor is larger in exact arithmetic too.
@@ -62,8 +62,8 @@ impl Punctual {
         luminance(self.intensity) * solid_angle
     }
 
-    /// A conservative test without divisions: whether the light certainly does not contribute, because
-    /// `from` is beyond its range or the light is below the horizon of `normal`.
+    /// A conservative test without divisions: whether the light certainly does not contribute,
+    /// because `from` is beyond its range or the light is below the horizon of `normal`.
     fn is_culled(&self, from: Vec3, normal: Vec3) -> bool {
         let offset = self.position - from;
         let (squared, height) = (offset.length_squared(), normal.dot(offset));

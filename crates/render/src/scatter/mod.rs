@@ -60,8 +60,8 @@ pub(crate) fn evaluate(point: &SurfaceInteraction<'_>, direction: Vec3) -> (Vec3
     }
 }
 
-/// Samples a direction for a path from the viewer; `None` where it is absorbed. `toward_viewer` is a
-/// unit vector.
+/// Samples a direction for a path from the viewer; `None` where it is absorbed. `toward_viewer` is
+/// a unit vector.
 pub(crate) fn sample(point: &SurfaceInteraction<'_>, toward_viewer: Vec3, sampler: &mut Sampler) -> Option<BsdfSample> {
     let bounce = match point.material.scatter {
         Scatter::Diffuse => diffuse::sample(point, sampler.next_2d()),

@@ -168,8 +168,9 @@ impl Estimate {
         Self { mean, error: (variance / count).sqrt() }
     }
 
-    /// Checks that the estimate agrees with a true value to within five standard errors, and that these are less than a
-    /// fraction of it. Beside the noise, single precision may round by [`ROUNDING`].
+    /// Checks that the estimate agrees with a true value to within five standard errors, and that
+    /// these are less than a fraction of it. Beside the noise, single precision may round by
+    /// [`ROUNDING`].
     #[track_caller]
     pub(crate) fn assert_is(&self, truth: f64, within: f64, what: &str) {
         let leeway = 5.0 * self.error + ROUNDING * truth.abs() + 1e-9;
@@ -181,7 +182,8 @@ impl Estimate {
 /// By how much of its value a picture without noise may be off.
 const ROUNDING: f64 = 2e-5;
 
-/// The radiance along one line of sight, in one channel: a picture of a very small angle, whose pixels are independent.
+/// The radiance along one line of sight, in one channel: a picture of a very small angle, whose
+/// pixels are independent.
 pub(crate) fn glimpse(
     frame: &Frame,
     eye: [f32; 3],
@@ -194,8 +196,9 @@ pub(crate) fn glimpse(
     Estimate::of(&film.pixels().iter().map(|pixel| f64::from(pixel[channel])).collect::<Vec<_>>())
 }
 
-/// Irradiance over radiance, times pi: what a parallel rectangle contributes to a point straight below one of its corners,
-/// with sides `a` and `b` in units of the height (the textbook view factor of a rectangle).
+/// Irradiance over radiance, times pi: what a parallel rectangle contributes to a point straight
+/// below one of its corners, with sides `a` and `b` in units of the height (the textbook view
+/// factor of a rectangle).
 pub(crate) fn corner_factor(a: f64, b: f64) -> f64 {
     let (x, y) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
     (a / x * (b / x).atan() + b / y * (a / y).atan()) / (2.0 * std::f64::consts::PI)
