@@ -109,7 +109,7 @@ impl Hash {
                 bounds.min.iter().chain(&bounds.max).for_each(|x| self.word(x.to_bits()));
                 let [kind, from, to] = match link.target() {
                     WideTarget::Node(number) => [0, number, 0],
-                    WideTarget::Units(range) => [1, range.start, range.end],
+                    WideTarget::Items(range) => [1, range.start, range.end],
                 };
                 [lane as u32, kind, from, to].into_iter().for_each(|word| self.word(word));
             }

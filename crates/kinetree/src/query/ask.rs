@@ -88,7 +88,7 @@ fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: In
     let (top, ray) = (&visitor.world.top, visitor.ray);
     if top.instances().len() == 1 {
         // The boxes in the root of its mesh say as much as its own.
-        let _ = visitor.leaf(isa, WideLink::units(0..1), tally);
+        let _ = visitor.leaf(isa, WideLink::items(0..1), tally);
         return;
     }
     let (tree, lean) = (top.tree(), Lean::instances(top.far()));
@@ -145,8 +145,8 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
-        let units = link.unit_index()..link.unit_index() + link.unit_count();
-        for &instance in &self.world.top.instances()[units] {
+        let items = link.item_index()..link.item_index() + link.item_count();
+        for &instance in &self.world.top.instances()[items] {
             let record = &self.world.instances[instance as usize];
             if record.mask & self.rules.mask == 0 || !self.rules.filter.sees(instance) {
                 continue;
@@ -220,8 +220,8 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally, const WATERTIGHT: bool> WideVisitor
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
-        for unit in link.unit_index()..link.unit_index() + link.unit_count() {
-            let block = self.ray.mesh.bvh.block(unit);
+        for item in link.item_index()..link.item_index() + link.item_count() {
+            let block = self.ray.mesh.bvh.block(item);
             tally.block(block.count);
             let hits = self.lanes.hits(isa, block, self.gather.t_max());
             let mut mask = hits.mask;

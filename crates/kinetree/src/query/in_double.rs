@@ -111,8 +111,8 @@ impl<F: Filter, G: Gather, T: Tally> WideVisitor<Scalar, T> for OneByOne<'_, F, 
     }
 
     fn leaf(&mut self, _: Scalar, link: WideLink, tally: &mut T) -> ControlFlow<()> {
-        for unit in link.unit_index()..link.unit_index() + link.unit_count() {
-            let block = self.ray.mesh.bvh.block(unit);
+        for item in link.item_index()..link.item_index() + link.item_count() {
+            let block = self.ray.mesh.bvh.block(item);
             tally.block(block.count);
             for &primitive in &block.primitives[..block.count as usize] {
                 if let Some(hit) = self.ray.hit(&self.sheared, primitive, self.gather.t_max()) {

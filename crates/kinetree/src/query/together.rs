@@ -34,7 +34,7 @@ impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G,
             InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone: 0 };
         if self.world.top.instances().len() == 1 {
             // The boxes in the root of its mesh say as much as its own.
-            visitor.leaf(isa, WideLink::units(0..1), set);
+            visitor.leaf(isa, WideLink::items(0..1), set);
         } else {
             let lean = Lean::instances(self.world.top.far());
             let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), lean);
@@ -71,8 +71,8 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
-        let units = link.unit_index()..link.unit_index() + link.unit_count();
-        for &instance in &self.world.top.instances()[units] {
+        let items = link.item_index()..link.item_index() + link.item_count();
+        for &instance in &self.world.top.instances()[items] {
             let record = &self.world.instances[instance as usize];
             if record.mask & self.rules.mask == 0 {
                 continue;
@@ -131,8 +131,8 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
         let mut is_nearer = false;
-        for unit in link.unit_index()..link.unit_index() + link.unit_count() {
-            let block = self.mesh.bvh.block(unit);
+        for item in link.item_index()..link.item_index() + link.item_count() {
+            let block = self.mesh.bvh.block(item);
             for along in 0..3 {
                 let set = set & self.sheared.along[along];
                 if set == 0 {

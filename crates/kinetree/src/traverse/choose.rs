@@ -10,7 +10,7 @@ pub(in crate::traverse) type Entry = u64;
 /// Of the lanes that are entered before they are left ([`Isa::before8`]), the nearest; the others wait on the stack, the next one on top.
 ///
 /// Nearly all steps enter at most four children. Those are sorted by a network without branches, each number of them by its own: that is sooner done, and sooner
-/// read again, than with vectors. (Compare Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Units".)
+/// read again, than with vectors. (Compare Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Items".)
 #[inline(always)]
 pub(super) fn choose<I: Isa>(
     isa: I,

@@ -17,7 +17,7 @@ pub(crate) trait WideVisitor<I: Isa, T: Tally> {
     /// Boxes that are entered beyond this do not matter (any more). Not negative.
     fn t_max(&self) -> f32;
 
-    /// The units of a leaf. `Break` ends the walk.
+    /// The items of a leaf. `Break` ends the walk.
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()>;
 }
 

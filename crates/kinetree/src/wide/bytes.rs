@@ -120,7 +120,7 @@ impl MeshBvh {
         }
         let least = head.nodes.checked_mul(LEAST_NODE_BYTES).zip(head.blocks.checked_mul(LEAST_BLOCK_BYTES));
         let fits = least.and_then(|(nodes, blocks)| nodes.checked_add(blocks)).is_some_and(|all| all <= from.0.len());
-        if !fits || head.nodes > WideLink::MAX_NODE as usize || head.blocks > WideLink::MAX_UNIT as usize {
+        if !fits || head.nodes > WideLink::MAX_NODE as usize || head.blocks > WideLink::MAX_ITEM as usize {
             return Err(TreeFileError::Unsound { what: "more nodes or blocks than there are bytes for" });
         }
         let nodes = read_nodes(&mut from, head.nodes)?;
@@ -128,7 +128,7 @@ impl MeshBvh {
         if !from.0.is_empty() {
             return Err(TreeFileError::Unsound { what: "bytes behind the last block" });
         }
-        let tree = WideBvh { nodes, units: blocks.len() as u32, bounds: head.bounds };
+        let tree = WideBvh { nodes, items: blocks.len() as u32, bounds: head.bounds };
         let mesh = Self::from_parts(tree, blocks, head.triangles);
         mesh.validate()?;
         Ok(mesh)
@@ -261,11 +261,11 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The number of a node, or the bits of a link to units.
+/// The number of a node, or the bits of a link to items.
 fn in_file(link: WideLink) -> u32 {
     match link.target() {
         WideTarget::Node(node) => node,
-        WideTarget::Units(_) => link.bits(),
+        WideTarget::Items(_) => link.bits(),
     }
 }
 

@@ -25,48 +25,48 @@ const PARTS: usize = 4;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Costs {
     pub(crate) node: f32,
-    pub(crate) unit: f32,
-    /// Primitives in a unit.
-    pub(crate) unit_size: usize,
-    /// Units in a leaf.
-    pub(crate) max_units: usize,
+    pub(crate) item: f32,
+    /// Primitives in an item.
+    pub(crate) item_size: usize,
+    /// Items in a leaf.
+    pub(crate) max_items: usize,
 }
 
 impl Costs {
     #[inline(always)]
     pub(super) fn of_leaf(&self, primitives: u32) -> f32 {
-        self.unit * self.units(primitives) as f32
+        self.item * self.items(primitives) as f32
     }
 
     #[inline(always)]
     pub(super) fn fits_a_leaf(&self, primitives: u32) -> bool {
-        self.units(primitives) <= self.max_units
+        self.items(primitives) <= self.max_items
     }
 
     #[inline(always)]
-    fn units(&self, primitives: u32) -> usize {
-        (primitives as usize).div_ceil(self.unit_size)
+    fn items(&self, primitives: u32) -> usize {
+        (primitives as usize).div_ceil(self.item_size)
     }
 }
 
 /// What leaves lead to.
-pub(crate) trait Units: Send + Sync {
-    /// Makes units of the primitives of one leaf more, given their places, and numbers them from 0 on.
+pub(crate) trait Items: Send + Sync {
+    /// Makes items of the primitives of one leaf more, given their places, and numbers them from 0 on.
     fn add(&mut self, places: Range<u32>) -> Range<u32>;
 
     /// An empty list, for a part of the tree.
     fn part(&self) -> Self;
 
-    /// The units of a part follow.
+    /// The items of a part follow.
     fn append(&mut self, part: Self);
 }
 
-/// Collapses a binary tree. The leaves are added to `units` in their order.
-pub(crate) fn collapse<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U) -> WideBvh {
-    write(binary, costs, threads, units, binary.node_count() > SMALL && !threads.is_alone())
+/// Collapses a binary tree. The leaves are added to `items` in their order.
+pub(crate) fn collapse<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U) -> WideBvh {
+    write(binary, costs, threads, items, binary.node_count() > SMALL && !threads.is_alone())
 }
 
-fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U, in_parts: bool) -> WideBvh {
+fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U, in_parts: bool) -> WideBvh {
     if binary.nodes().is_empty() {
         return WideBvh::default();
     }
@@ -79,10 +79,10 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
     let roots = Roots { binary, least: &least, found: Vec::with_capacity(LANES) };
     let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
     let mut parts: Vec<(u32, Option<Part<U>>)> = of_parts.into_iter().map(|root| (root, None)).collect();
-    let empty = units.part();
+    let empty = items.part();
     let level = Level::current();
     threads.for_each(&mut parts, PARTS, &|_, (root, part)| {
-        let mut written = Part { nodes: Vec::new(), units: empty.part(), unit_count: 0 };
+        let mut written = Part { nodes: Vec::new(), items: empty.part(), item_count: 0 };
         if !threads.is_cancelled() {
             level.run(Write { part: &mut written, root: *root, roots: roots.clone(), parts: &mut std::iter::empty() });
             threads.tick(written.nodes.len());
@@ -97,12 +97,12 @@ fn write<U: Units>(binary: &Bvh, costs: &Costs, threads: &Threads, units: &mut U
     } else {
         parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum::<usize>() + MOST_ABOVE
     };
-    let mut whole = Part { nodes: with_room(room), units: empty, unit_count: 0 };
+    let mut whole = Part { nodes: with_room(room), items: empty, item_count: 0 };
     let mut parts = parts.into_iter().filter_map(|(_, part)| part);
     level.run(Write { part: &mut whole, root: 0, roots, parts: &mut parts });
     whole.nodes.shrink_to_fit();
-    units.append(whole.units);
-    WideBvh { nodes: whole.nodes, units: whole.unit_count, bounds: binary.bounds() }
+    items.append(whole.items);
+    WideBvh { nodes: whole.nodes, items: whole.item_count, bounds: binary.bounds() }
 }
 
 /// As a rule, no fewer nodes of the binary tree become a wide one.
@@ -115,11 +115,11 @@ const _: () = assert!(DEPTH_OF_PARTS == 3);
 /// A subtree, numbered from 0 on.
 struct Part<U> {
     nodes: Vec<WideNode>,
-    units: U,
-    unit_count: u32,
+    items: U,
+    item_count: u32,
 }
 
-impl<U: Units> Part<U> {
+impl<U: Items> Part<U> {
     /// Writes the subtree of a binary node, depth first. As long as there are parts, they stand for what is so far down.
     #[inline(always)]
     fn write(&mut self, isa: impl Isa, root: u32, mut roots: Roots<'_>, parts: &mut impl Iterator<Item = Self>) {
@@ -144,9 +144,9 @@ impl<U: Units> Part<U> {
                 node.in_use |= 1 << lane;
                 match &root.leaf {
                     Some(places) => {
-                        let units = self.units.add(places.clone());
-                        self.unit_count = units.end;
-                        node.links[lane] = WideLink::units(units).bits();
+                        let items = self.items.add(places.clone());
+                        self.item_count = items.end;
+                        node.links[lane] = WideLink::items(items).bits();
                     }
                     None => {
                         roots.least.foresee(isa, root.node);
@@ -161,19 +161,19 @@ impl<U: Units> Part<U> {
     }
 
     fn append(&mut self, part: Self, parent_lane: u32) {
-        let (first_node, first_unit) = (self.nodes.len() as u32, self.unit_count);
+        let (first_node, first_item) = (self.nodes.len() as u32, self.item_count);
         self.nodes.extend_from_slice(&part.nodes);
         for node in &mut self.nodes[first_node as usize..] {
             for link in &mut node.links[..node.in_use.count_ones() as usize] {
-                *link = WideLink::from_bits(*link).moved(first_node, first_unit).bits();
+                *link = WideLink::from_bits(*link).moved(first_node, first_item).bits();
             }
             node.parent_lane = match node.parent_lane {
                 u32::MAX => parent_lane,
                 lane => lane + first_node * LANES as u32,
             };
         }
-        self.unit_count += part.unit_count;
-        self.units.append(part.units);
+        self.item_count += part.item_count;
+        self.items.append(part.items);
     }
 }
 
@@ -185,7 +185,7 @@ struct Write<'a, 'b, U, P> {
     parts: &'a mut P,
 }
 
-impl<U: Units, P: Iterator<Item = Part<U>>> Kernel for Write<'_, '_, U, P> {
+impl<U: Items, P: Iterator<Item = Part<U>>> Kernel for Write<'_, '_, U, P> {
     type Output = ();
 
     #[inline(always)]
@@ -289,7 +289,7 @@ mod tests {
     #[derive(Default, PartialEq, Debug)]
     struct Places(Vec<u32>);
 
-    impl Units for Places {
+    impl Items for Places {
         fn add(&mut self, places: Range<u32>) -> Range<u32> {
             let first = self.0.len() as u32;
             self.0.push(places.start);
@@ -324,7 +324,7 @@ mod tests {
             let tree = write(&binary, &COSTS, &Threads::one(), &mut places, false);
             let other = write(&binary, &COSTS, &Threads::default(), &mut in_parts, true);
             assert_eq!(tree.nodes(), other.nodes(), "{count}");
-            assert_eq!((tree.unit_count(), places), (other.unit_count(), in_parts), "{count}");
+            assert_eq!((tree.item_count(), places), (other.item_count(), in_parts), "{count}");
             tree.validate().unwrap();
         }
     }

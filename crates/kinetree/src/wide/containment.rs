@@ -13,8 +13,8 @@ impl MeshBvh {
     /// The first promise that does not hold, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         self.tree().validate()?;
-        if self.tree().unit_count() != self.blocks().len() {
-            return Err(Violation::new(8, "blocks that are in no leaf", Location::Item(self.tree().unit_count())));
+        if self.tree().item_count() != self.blocks().len() {
+            return Err(Violation::new(8, "blocks that are in no leaf", Location::Item(self.tree().item_count())));
         }
         self.check_triangles()
     }
@@ -27,7 +27,7 @@ impl MeshBvh {
         let mut distinct = 0;
         for node in self.tree().nodes() {
             for (lane, link) in node.lanes() {
-                let WideTarget::Units(blocks) = link.target() else { continue };
+                let WideTarget::Items(blocks) = link.target() else { continue };
                 for block in &self.blocks()[blocks.start as usize..blocks.end as usize] {
                     for &primitive in block.primitives() {
                         let so_far = &mut leaves[primitive as usize];

@@ -93,7 +93,7 @@ pub(super) struct Least<'a> {
 impl<'a> Least<'a> {
     /// Of a tree with nodes. When cancelled, some are not known.
     pub(super) fn of(binary: &'a Bvh, costs: &'a Costs, threads: &Threads) -> Self {
-        debug_assert!(costs.unit_size * costs.max_units <= Below::MOST as usize);
+        debug_assert!(costs.item_size * costs.max_items <= Below::MOST as usize);
         let nodes = binary.nodes();
         let level = Level::current();
         let (pairs, open) = written(nodes.len() / 2, PIECE, threads, &|first, piece| {

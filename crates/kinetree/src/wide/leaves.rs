@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::TriangleBlock;
 use super::block::BLOCK;
-use super::collapse::Units;
+use super::collapse::Items;
 use crate::arena::{Piece, written};
 use crate::geometry::Triangles;
 use crate::simd::{Isa, Kernel, Level};
@@ -51,7 +51,7 @@ impl<'a> Leaves<'a> {
     }
 }
 
-impl Units for Leaves<'_> {
+impl Items for Leaves<'_> {
     fn add(&mut self, places: Range<u32>) -> Range<u32> {
         let places = match &mut self.distinct {
             Some(distinct) => {

@@ -9,7 +9,7 @@ const LEAF: u32 = 1 << 31;
 const INDEX_MASK: u32 = (1 << WideLink::COUNT_SHIFT) - 1;
 const PLACE_SHIFT: u32 = (Rows::PLACES * ROWS).trailing_zeros();
 
-/// Where a lane leads, packed into 32 bits: to a node, or to a few units (triangle blocks, or instances) that stand together. Of a node the bits are where
+/// Where a lane leads, packed into 32 bits: to a node, or to a few items (triangle blocks, or instances) that stand together. Of a node the bits are where
 /// it stands, in units of eight bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
@@ -22,21 +22,21 @@ const _: () = assert!(size_of::<WideLink>() == 4);
 pub enum WideTarget {
     /// A node.
     Node(u32),
-    /// Units: at least one, at most [`WideLink::MAX_UNITS`].
-    Units(Range<u32>),
+    /// Items: at least one, at most [`WideLink::MAX_ITEMS`].
+    Items(Range<u32>),
 }
 
 impl WideLink {
-    /// The most units in a leaf.
-    pub const MAX_UNITS: u32 = 8;
+    /// The most items in a leaf.
+    pub const MAX_ITEMS: u32 = 8;
 
-    /// The largest number of a unit.
-    pub const MAX_UNIT: u32 = INDEX_MASK;
+    /// The largest number of an item.
+    pub const MAX_ITEM: u32 = INDEX_MASK;
 
     /// The largest number of a node.
     pub const MAX_NODE: u32 = (LEAF - 1) >> PLACE_SHIFT;
 
-    /// In the three bits from here on stands how many units there are, less one; zero for a node.
+    /// In the three bits from here on stands how many items there are, less one; zero for a node.
     pub(crate) const COUNT_SHIFT: u32 = 28;
 
     /// To a node.
@@ -48,23 +48,23 @@ impl WideLink {
         Self(index << PLACE_SHIFT)
     }
 
-    /// To units.
+    /// To items.
     ///
     /// # Panics
-    /// When there is none, or more than [`WideLink::MAX_UNITS`], or the first is above [`WideLink::MAX_UNIT`].
-    pub fn units(range: Range<u32>) -> Self {
+    /// When there is none, or more than [`WideLink::MAX_ITEMS`], or the first is above [`WideLink::MAX_ITEM`].
+    pub fn items(range: Range<u32>) -> Self {
         let count = range.end.saturating_sub(range.start);
-        assert!((1..=Self::MAX_UNITS).contains(&count), "a leaf of {count} units");
-        assert!(range.start <= INDEX_MASK, "unit {} has no room in a link", range.start);
+        assert!((1..=Self::MAX_ITEMS).contains(&count), "a leaf of {count} items");
+        assert!(range.start <= INDEX_MASK, "item {} has no room in a link", range.start);
         Self(LEAF | (count - 1) << Self::COUNT_SHIFT | range.start)
     }
 
-    /// Where this leads when what it leads to comes so many nodes, or units, further behind.
+    /// Where this leads when what it leads to comes so many nodes, or items, further behind.
     #[inline]
-    pub(super) fn moved(self, nodes: u32, units: u32) -> Self {
+    pub(super) fn moved(self, nodes: u32, items: u32) -> Self {
         match self.target() {
             WideTarget::Node(node) => Self::node(node + nodes),
-            WideTarget::Units(range) => Self::units(range.start + units..range.end + units),
+            WideTarget::Items(range) => Self::items(range.start + items..range.end + items),
         }
     }
 
@@ -78,7 +78,7 @@ impl WideLink {
         self.0
     }
 
-    /// Whether it leads to units.
+    /// Whether it leads to items.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.0 & LEAF != 0
@@ -96,23 +96,23 @@ impl WideLink {
         self.0
     }
 
-    /// The first unit, of a leaf.
+    /// The first item, of a leaf.
     #[inline(always)]
-    pub(crate) fn unit_index(self) -> usize {
+    pub(crate) fn item_index(self) -> usize {
         (self.0 & INDEX_MASK) as usize
     }
 
-    /// How many units, of a leaf.
+    /// How many items, of a leaf.
     #[inline(always)]
-    pub(crate) fn unit_count(self) -> usize {
+    pub(crate) fn item_count(self) -> usize {
         (self.0 >> Self::COUNT_SHIFT & 7) as usize + 1
     }
 
     /// What it leads to.
     pub fn target(self) -> WideTarget {
         if self.is_leaf() {
-            let first = self.unit_index() as u32;
-            WideTarget::Units(first..first + self.unit_count() as u32)
+            let first = self.item_index() as u32;
+            WideTarget::Items(first..first + self.item_count() as u32)
         } else {
             WideTarget::Node(self.node_index() as u32)
         }
@@ -128,10 +128,10 @@ mod tests {
         for index in [0, 1, 77, WideLink::MAX_NODE] {
             assert_eq!(WideLink::node(index).target(), WideTarget::Node(index));
         }
-        for index in [0, 1, 77, WideLink::MAX_UNIT] {
-            for count in 1..=WideLink::MAX_UNITS {
-                let units = index..index + count;
-                assert_eq!(WideLink::units(units.clone()).target(), WideTarget::Units(units));
+        for index in [0, 1, 77, WideLink::MAX_ITEM] {
+            for count in 1..=WideLink::MAX_ITEMS {
+                let items = index..index + count;
+                assert_eq!(WideLink::items(items.clone()).target(), WideTarget::Items(items));
             }
         }
     }

@@ -40,7 +40,7 @@ impl MeshBvh {
         let sum = |a: f64, b: f64| a + b;
         let (boxes, triangles) = if self.chunks.is_empty() {
             let boxes = |nodes: &[super::WideNode]| -> f64 {
-                nodes.iter().map(|node| node.cost_of_lanes(COSTS.node, COSTS.unit)).sum()
+                nodes.iter().map(|node| node.cost_of_lanes(COSTS.node, COSTS.item)).sum()
             };
             let triangles =
                 |blocks: &[TriangleBlock]| -> f64 { blocks.iter().map(TriangleBlock::triangle_box_areas).sum() };

@@ -14,7 +14,7 @@ use crate::threads::Threads;
 use crate::tree::Bvh;
 
 /// Of a node and of a block, in the same units: a step over eight boxes is taken to cost as much as a test of four triangles.
-pub(super) const COSTS: Costs = Costs { node: 1.0, unit: 1.0, unit_size: BLOCK, max_units: 4 };
+pub(super) const COSTS: Costs = Costs { node: 1.0, item: 1.0, item_size: BLOCK, max_items: 4 };
 
 /// An eight-way tree whose leaves hold blocks of four triangles. Beside promises 1 to 7 of a
 /// [`WideBvh`], always:
@@ -61,16 +61,16 @@ impl MeshBvh {
         Self { tree, blocks, triangles: binary.primitive_count() as u32, ..Self::default() }
     }
 
-    /// From parts that were read. As many blocks as the tree has units.
+    /// From parts that were read. As many blocks as the tree has items.
     pub(super) fn from_parts(tree: WideBvh, blocks: Vec<TriangleBlock>, triangles: u32) -> Self {
-        assert_eq!(tree.unit_count(), blocks.len(), "each unit is a block");
+        assert_eq!(tree.item_count(), blocks.len(), "each item is a block");
         Self { tree, blocks, triangles, ..Self::default() }
     }
 
     /// Becomes a copy but for corners and planes, which a refit is going to write.
     pub(super) fn take_shape_of(&mut self, other: &Self, plan: Arc<Plan>) {
         self.triangles = other.triangles;
-        self.tree.units = other.tree.units;
+        self.tree.items = other.tree.items;
         copy(&other.tree.nodes, &mut self.tree.nodes);
         copy(&other.blocks, &mut self.blocks);
         self.plan = OnceLock::from(plan);
@@ -90,8 +90,8 @@ impl MeshBvh {
 
     /// A block that a leaf of this tree leads to.
     #[inline(always)]
-    pub(crate) fn block(&self, unit: usize) -> &TriangleBlock {
-        &self.blocks[unit]
+    pub(crate) fn block(&self, item: usize) -> &TriangleBlock {
+        &self.blocks[item]
     }
 
     /// The box around everything.

@@ -61,8 +61,8 @@ impl WideNode {
     }
 
     /// The half areas of all boxes, each weighed by what it takes to visit what it leads to.
-    pub(crate) fn cost_of_lanes(&self, node_cost: f32, unit_cost: f32) -> f64 {
-        let cost_of = |link: WideLink| if link.is_leaf() { unit_cost * link.unit_count() as f32 } else { node_cost };
+    pub(crate) fn cost_of_lanes(&self, node_cost: f32, item_cost: f32) -> f64 {
+        let cost_of = |link: WideLink| if link.is_leaf() { item_cost * link.item_count() as f32 } else { node_cost };
         self.lanes().map(|(lane, link)| f64::from(self.bounds(lane).half_area()) * f64::from(cost_of(link))).sum()
     }
 

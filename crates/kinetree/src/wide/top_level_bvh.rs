@@ -4,14 +4,14 @@ use std::fmt;
 use std::ops::Range;
 
 use super::WideBvh;
-use super::collapse::{Costs, Units, collapse};
+use super::collapse::{Costs, Items, collapse};
 use crate::geometry::Aabb;
 use crate::geometry::slab::FarRays;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Violation};
 
 /// An instance costs some nodes: it is entered alone.
-const COSTS: Costs = Costs { node: 1.0, unit: 3.0, unit_size: 1, max_units: 1 };
+const COSTS: Costs = Costs { node: 1.0, item: 3.0, item_size: 1, max_items: 1 };
 
 /// An eight-way tree whose leaves are instance records.
 #[doc(alias = "TLAS")]
@@ -28,7 +28,7 @@ struct Instances<'a> {
     list: Vec<u32>,
 }
 
-impl Units for Instances<'_> {
+impl Items for Instances<'_> {
     fn add(&mut self, places: Range<u32>) -> Range<u32> {
         let first = self.list.len() as u32;
         self.list.extend_from_slice(&self.primitives[places.start as usize..places.end as usize]);
@@ -64,7 +64,7 @@ impl TopLevelBvh {
     /// Becomes a copy, in the memory that is there; `far` is how rays from far away stray now.
     pub(crate) fn copy_from(&mut self, other: &Self, far: FarRays) {
         self.tree.nodes.clone_from(&other.tree.nodes);
-        self.tree.units = other.tree.units;
+        self.tree.items = other.tree.items;
         self.tree.bounds = other.tree.bounds;
         self.instances.clone_from(&other.instances);
         self.far = far;

@@ -15,26 +15,26 @@ pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
 /// 1. node 0 is the root;
 /// 2. the lanes in use are the first ones, and there is at least one;
 /// 3. the box of a lane contains the boxes of the node that it leads to;
-/// 4. every unit is in exactly one leaf;
+/// 4. every item is in exactly one leaf;
 /// 5. no child stands before its parent, so a backwards walk refits; each node knows the lane that leads to it;
 /// 6. no path is longer than [`MAX_DEPTH`](crate::tree::MAX_DEPTH);
-/// 7. a subtree stands together: after each node come the subtrees of its lanes, one after the other, and the units of the leaves stand in the order of the
+/// 7. a subtree stands together: after each node come the subtrees of its lanes, one after the other, and the items of the leaves stand in the order of the
 ///    nodes that lead to them, so a part of the tree is a part of both lists.
 ///
-/// A tree without units has no nodes.
+/// A tree without items has no nodes.
 #[derive(Clone, Default)]
 pub struct WideBvh {
     pub(super) nodes: Vec<WideNode>,
-    /// How many units the leaves lead to.
-    pub(super) units: u32,
+    /// How many items the leaves lead to.
+    pub(super) items: u32,
     pub(super) bounds: Aabb,
 }
 
 /// In short: how large it is.
 impl fmt::Debug for WideBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (nodes, units) = (self.node_count(), self.unit_count());
-        f.debug_struct("WideBvh").field("nodes", &nodes).field("units", &units).finish_non_exhaustive()
+        let (nodes, items) = (self.node_count(), self.item_count());
+        f.debug_struct("WideBvh").field("nodes", &nodes).field("items", &items).finish_non_exhaustive()
     }
 }
 
@@ -63,9 +63,9 @@ impl WideBvh {
         &self.bounds
     }
 
-    /// How many units the leaves lead to.
-    pub fn unit_count(&self) -> usize {
-        self.units as usize
+    /// How many items the leaves lead to.
+    pub fn item_count(&self) -> usize {
+        self.items as usize
     }
 
     /// How many nodes there are.
@@ -91,9 +91,9 @@ impl WideBvh {
         depth_of.into_iter().max().unwrap_or(0)
     }
 
-    /// The expected cost of a ray that hits the root: visits of nodes and tests of units, each weighed by the chance of a random line that crosses the root
+    /// The expected cost of a ray that hits the root: visits of nodes and tests of items, each weighed by the chance of a random line that crosses the root
     /// to cross it too.
-    pub fn cost(&self, node_cost: f32, unit_cost: f32) -> f32 {
+    pub fn cost(&self, node_cost: f32, item_cost: f32) -> f32 {
         let root = f64::from(self.bounds.half_area());
         let share = |area: f32| if root > 0.0 && root.is_finite() { f64::from(area) / root } else { 1.0 };
         let below = |node: &WideNode| -> f64 {
@@ -102,7 +102,7 @@ impl WideBvh {
                     share(node.bounds(lane).half_area())
                         * match link.target() {
                             WideTarget::Node(_) => f64::from(node_cost),
-                            WideTarget::Units(units) => f64::from(unit_cost) * units.len() as f64,
+                            WideTarget::Items(items) => f64::from(item_cost) * items.len() as f64,
                         }
                 })
                 .sum()
@@ -131,7 +131,7 @@ impl WideBvh {
     /// The first promise that does not hold, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         let mut depth_of = vec![0_usize; self.nodes.len()];
-        let mut met = vec![false; self.units as usize];
+        let mut met = vec![false; self.items as usize];
         if let Some(root) = depth_of.first_mut() {
             *root = 1;
         }
@@ -165,11 +165,11 @@ impl WideBvh {
                         }
                         depth_of[child] = depth_of[at] + 1;
                     }
-                    WideTarget::Units(units) => {
-                        for unit in units {
-                            match met.get_mut(unit as usize) {
+                    WideTarget::Items(items) => {
+                        for item in items {
+                            match met.get_mut(item as usize) {
                                 Some(met) if !*met => *met = true,
-                                _ => return violation(4, "a unit that is in two leaves, or nowhere", lane),
+                                _ => return violation(4, "an item that is in two leaves, or nowhere", lane),
                             }
                         }
                     }
@@ -177,7 +177,7 @@ impl WideBvh {
             }
         }
         match met.iter().position(|met| !met) {
-            Some(item) => Err(Violation::new(4, "a unit in no leaf", Location::Item(item))),
+            Some(item) => Err(Violation::new(4, "an item in no leaf", Location::Item(item))),
             None if self.nodes.first().is_some_and(|root| !self.bounds.contains(&root.all_bounds())) => {
                 Err(Violation::new(3, "a root that reaches out of the box around everything", Location::Node(0)))
             }
@@ -192,7 +192,7 @@ impl WideBvh {
         for at in (1..self.nodes.len()).rev() {
             sizes[self.nodes[at].parent_lane as usize / LANES] += sizes[at];
         }
-        let mut next_unit = 0;
+        let mut next_item = 0;
         for (at, node) in self.nodes.iter().enumerate() {
             let mut next_node = at + 1;
             for (lane, link) in node.lanes() {
@@ -200,11 +200,11 @@ impl WideBvh {
                     WideTarget::Node(child) if child as usize != next_node => {
                         return violation("a subtree that does not stand together", at, lane);
                     }
-                    WideTarget::Units(units) if units.start != next_unit => {
-                        return violation("units that are not in the order of their nodes", at, lane);
+                    WideTarget::Items(items) if items.start != next_item => {
+                        return violation("items that are not in the order of their nodes", at, lane);
                     }
                     WideTarget::Node(child) => next_node += sizes[child as usize],
-                    WideTarget::Units(units) => next_unit = units.end,
+                    WideTarget::Items(items) => next_item = items.end,
                 }
             }
         }

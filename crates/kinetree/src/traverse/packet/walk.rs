@@ -18,7 +18,7 @@ pub(crate) trait PacketVisitor<I: Isa> {
     /// For each ray: boxes that are entered beyond this do not matter (any more). A ray that wants nothing has it before everything.
     fn t_max(&self) -> &Column;
 
-    /// The units of a leaf that these rays enter. Tells whether any ray's `t_max` may have come nearer.
+    /// The items of a leaf that these rays enter. Tells whether any ray's `t_max` may have come nearer.
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool;
 }
 

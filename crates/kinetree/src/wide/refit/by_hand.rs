@@ -18,8 +18,8 @@ pub(super) fn refit(tree: &MeshBvh, triangles: &Triangles) -> MeshBvh {
         let mut all = Aabb::EMPTY;
         for lane in 0..LANES {
             let Some(link) = nodes[at].link(lane) else { break };
-            if let WideTarget::Units(units) = link.target() {
-                let bounds = units.fold(Aabb::EMPTY, |all, unit| all.union(&blocks[unit as usize].bounds()));
+            if let WideTarget::Items(items) = link.target() {
+                let bounds = items.fold(Aabb::EMPTY, |all, item| all.union(&blocks[item as usize].bounds()));
                 nodes[at].set_box(lane, &bounds);
             }
             // The boxes of lanes that lead to nodes were written when those were visited.

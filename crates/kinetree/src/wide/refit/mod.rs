@@ -95,9 +95,9 @@ impl MeshBvh {
             let at = at as usize;
             for lane in 0..LANES {
                 let Some(link) = nodes[at].link(lane) else { break };
-                if let WideTarget::Units(units) = link.target() {
+                if let WideTarget::Items(items) = link.target() {
                     let mut bounds = Aabb::EMPTY;
-                    for block in &mut blocks[units.start as usize..units.end as usize] {
+                    for block in &mut blocks[items.start as usize..items.end as usize] {
                         block.move_to(|triangle| triangles.get(triangle));
                         bounds = bounds.union(&block.bounds());
                         triangle_boxes += block.triangle_box_areas();
@@ -105,7 +105,7 @@ impl MeshBvh {
                     nodes[at].set_box(lane, &bounds);
                 }
             }
-            cost += nodes[at].cost_of_lanes(COSTS.node, COSTS.unit);
+            cost += nodes[at].cost_of_lanes(COSTS.node, COSTS.item);
             let all = nodes[at].all_bounds();
             match at {
                 0 => self.tree.bounds = all,

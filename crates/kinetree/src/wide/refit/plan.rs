@@ -68,22 +68,22 @@ fn cut(tree: &WideBvh) -> (Vec<Chunk>, Vec<u32>) {
     // Promise 7: a subtree ends where the one after it begins.
     let mut ends: Vec<(u32, u32)> = Vec::with_capacity(tree.nodes.len());
     ends.resize(tree.nodes.len(), (0, 0));
-    let mut first_unit = tree.units;
+    let mut first_item = tree.items;
     let mut firsts = vec![0; tree.nodes.len()];
     for (at, node) in tree.nodes.iter().enumerate().rev() {
-        let mut end = (at as u32 + 1, first_unit);
+        let mut end = (at as u32 + 1, first_item);
         for lane in 0..LANES {
             match node.link(lane).map(|link| link.target()) {
                 Some(WideTarget::Node(child)) => {
                     let of_child = ends[child as usize];
                     end = (end.0.max(of_child.0), end.1.max(of_child.1));
                 }
-                Some(WideTarget::Units(units)) => first_unit = first_unit.min(units.start),
+                Some(WideTarget::Items(items)) => first_item = first_item.min(items.start),
                 None => {}
             }
         }
         ends[at] = end;
-        firsts[at] = first_unit;
+        firsts[at] = first_item;
     }
     let (mut chunks, mut above) = (Vec::new(), Vec::new());
     let mut at = 0;

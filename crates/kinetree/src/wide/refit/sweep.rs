@@ -20,7 +20,7 @@ const BLOCKS_AHEAD: usize = 16;
 const NODES_AHEAD: usize = 8;
 
 // A node is weighed like a block here.
-const _: () = assert!(COSTS.node.to_bits() == COSTS.unit.to_bits());
+const _: () = assert!(COSTS.node.to_bits() == COSTS.item.to_bits());
 
 /// A lower and an upper corner; the fourth numbers mean nothing.
 type TwoCorners = [[f32; 4]; 2];
@@ -67,15 +67,15 @@ impl Kernel for Sweep<'_> {
             for lane in 0..node.in_use.count_ones() as usize & (2 * LANES - 1) {
                 let link = WideLink::from_bits(node.links[lane & (LANES - 1)]);
                 let first = if link.is_leaf() {
-                    link.unit_index().wrapping_sub(self.first_block)
+                    link.item_index().wrapping_sub(self.first_block)
                 } else {
                     (block_count + node_count - 1 + self.first_node).wrapping_sub(link.node_index())
                 };
                 let (mut min, mut max) = (isa.load4(&boxes[first][0]), isa.load4(&boxes[first][1]));
                 // A link to a node counts one.
-                for unit in 1..link.unit_count() {
-                    min = isa.min4(min, isa.load4(&boxes[first + unit][0]));
-                    max = isa.max4(max, isa.load4(&boxes[first + unit][1]));
+                for item in 1..link.item_count() {
+                    min = isa.min4(min, isa.load4(&boxes[first + item][0]));
+                    max = isa.max4(max, isa.load4(&boxes[first + item][1]));
                 }
                 (lower[lane & (LANES - 1)], upper[lane & (LANES - 1)]) = (min, max);
                 (least, most) = (isa.min4(least, min), isa.max4(most, max));
@@ -94,7 +94,7 @@ impl Kernel for Sweep<'_> {
         }
         let mut sum = 0.0;
         for area in isa.store8(cost) {
-            sum += f64::from(area) * f64::from(COSTS.unit);
+            sum += f64::from(area) * f64::from(COSTS.item);
         }
         let [min, max] = boxes[boxes.len() - 1];
         Swept {

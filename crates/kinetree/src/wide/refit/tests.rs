@@ -111,7 +111,7 @@ fn check_cost(name: &str, found: Option<RayCost>, tree: &MeshBvh) {
     };
     let triangles = tree.blocks.iter().flat_map(|block| (0..block.count as usize).map(|lane| block.triangle(lane)));
     let crossed = triangles.map(|triangle| half_area(&triangle.bounds())).sum::<f64>() / half_area(&tree.bounds());
-    let work = f64::from(tree.cost(COSTS.node, COSTS.unit));
+    let work = f64::from(tree.cost(COSTS.node, COSTS.item));
     let tiny_or_huge = !(1e-30..=1e30).contains(&half_area(&tree.bounds()));
     match found {
         Some(found) => {
@@ -235,8 +235,8 @@ fn chunks_cover_the_tree_once_and_none_is_too_large() {
             for (_, link) in tree.tree.nodes[at as usize].lanes() {
                 match link.target() {
                     WideTarget::Node(child) => assert!(chunk.nodes.contains(&child)),
-                    WideTarget::Units(units) => {
-                        assert!(chunk.blocks.start <= units.start && units.end <= chunk.blocks.end);
+                    WideTarget::Items(items) => {
+                        assert!(chunk.blocks.start <= items.start && items.end <= chunk.blocks.end);
                     }
                 }
             }
@@ -244,8 +244,8 @@ fn chunks_cover_the_tree_once_and_none_is_too_large() {
     }
     for &at in &plan.above {
         for (_, link) in tree.tree.nodes[at as usize].lanes() {
-            if let WideTarget::Units(units) = link.target() {
-                blocks += units.len();
+            if let WideTarget::Items(items) = link.target() {
+                blocks += items.len();
             }
         }
     }
@@ -265,6 +265,6 @@ fn leaves_that_do_not_stand_in_the_order_of_their_nodes_are_found() {
     let node = &mut tree.tree.nodes[at];
     node.links.swap(0, 1);
     node.planes.as_flattened_mut().iter_mut().for_each(|row| row.swap(0, 1));
-    let violation = tree.validate().expect_err("units changed places");
+    let violation = tree.validate().expect_err("items changed places");
     assert_eq!((violation.promise, violation.location), (7, Location::Lane { node: at, lane: 0 }));
 }
