@@ -168,8 +168,8 @@ impl Affine {
         let reach = columns[0] * half.x + columns[1] * half.y + columns[2] * half.z;
         let middle = Vec3::from(self.transform_point(center.into()));
         let size = columns[0] * center.x.abs() + columns[1] * center.y.abs() + columns[2] * center.z.abs();
-        let slack = (size + reach + Vec3::from(self.translation).abs()) * (8.0 * UNIT_ROUNDOFF);
-        Aabb::new((middle - reach - slack).into(), (middle + reach + slack).into())
+        let padding = (size + reach + Vec3::from(self.translation).abs()) * (8.0 * UNIT_ROUNDOFF);
+        Aabb::new((middle - reach - padding).into(), (middle + reach + padding).into())
     }
 }
 

@@ -10,7 +10,7 @@
 //! Numerical Algorithms", section 7.2, calls it the condition number of Bauer and Skeel.)
 //!
 //! * Up to [`PAID_BY_RAYS`], box tests of the top level leave enough room
-//!   ([`Lean::INSTANCES`](super::slab::Lean::INSTANCES)).
+//!   ([`ErrorBound::INSTANCES`](super::slab::ErrorBound::INSTANCES)).
 //! * Up to [`MOST_SKEWED`], boxes and far rays are given more (`scene/top_level.rs`).
 //! * Beyond, and for flat placements, the ray is taken to the object in double precision, moved to
 //!   where it enters the bounds of the mesh, and rounded only there: what is lost are roundings of
@@ -214,8 +214,8 @@ impl DoubleInverse {
         let (t_min, t_max) = (f64::from(ray.t_min), f64::from(ray.t_max));
         let (mut entry, mut exit) = (t_min, t_max);
         // Roundings of the ray and of the triangle test, twice.
-        let slack = (farthest(bounds) + wide(bounds.extent())) * (32.0 * f64::from(UNIT_ROUNDOFF));
-        let (low, high) = (wide(bounds.min) - slack - origin, wide(bounds.max) + slack - origin);
+        let padding = (farthest(bounds) + wide(bounds.extent())) * (32.0 * f64::from(UNIT_ROUNDOFF));
+        let (low, high) = (wide(bounds.min) - padding - origin, wide(bounds.max) + padding - origin);
         for axis in 0..3 {
             if direction[axis] == 0.0 {
                 if low[axis] > 0.0 || high[axis] < 0.0 {

@@ -1,8 +1,9 @@
-//! Does a ray enter a box, and where? Never no when a triangle in the box is hit.
+//! The conservative slab test: does a ray enter a box, and where? Never "no" when a triangle in the
+//! box is hit.
 //!
-//! Hits of triangles are exact ([`watertight`](super::watertight)), but the box test rounds. So it leans
-//! outwards by at least as much (compare Ize 2013, "Robust BVH Ray Traversal"), and over instances by
-//! what taking a ray into their space may round. Everything is paid for once per ray:
+//! Hits of triangles are exact ([`watertight`](super::watertight)), but the box test rounds. So boxes
+//! are widened by a bound of that error (compare Ize 2013, "Robust BVH Ray Traversal"), and those of
+//! instances by a bound of what transforming the ray may round too. All of it is computed once per ray:
 //!
 //! * along each axis the reciprocal is moved by a few roundings, more of them the flatter the ray runs
 //!   to the planes of that axis;
@@ -14,45 +15,45 @@ use glam::Vec3A;
 
 use super::{AT_LEAST, Aabb, Ray, UNIT_ROUNDOFF};
 
-/// By how much box tests lean outwards.
+/// A bound of the errors that a box test has to allow for.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Lean {
+pub(crate) struct ErrorBound {
     /// Roundings of distances along an axis.
-    pub(crate) slack: f32,
-    /// Share of the largest coordinate of a ray's origin by which the ray strays.
-    pub(crate) stray: f32,
+    pub(crate) roundings: f32,
+    /// Error of the origin, as a fraction of its largest coordinate.
+    pub(crate) origin_error: f32,
     /// What boxes are not already padded for.
     pub(crate) far: FarRays,
 }
 
-/// How rays stray whose origins are far away, over boxes that are padded for nearer ones.
+/// The further error of rays from far away, over boxes that are padded for origins that are nearer.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FarRays {
     /// Boxes are padded for origins whose largest coordinate is at most this, metres.
     pub(crate) padded_for: f32,
-    /// Share of what the largest coordinate exceeds that by.
-    pub(crate) stray: f32,
+    /// Error as a fraction of what the largest coordinate exceeds that by.
+    pub(crate) origin_error: f32,
 }
 
 impl FarRays {
     /// There is nothing that a far origin would make worse.
-    pub(crate) const NONE: Self = Self { padded_for: 0.0, stray: 0.0 };
+    pub(crate) const NONE: Self = Self { padded_for: 0.0, origin_error: 0.0 };
 }
 
-impl Lean {
-    /// Over boxes of triangles, where a ray is made ready the long way or in a packet: more than is
+impl ErrorBound {
+    /// Over boxes of triangles, for rays that [`SafeRay`] prepares and for packets: more than is
     /// needed.
-    pub(crate) const TRIANGLES: Self = Self { slack: 16.0, stray: 0.0, far: FarRays::NONE };
+    pub(crate) const TRIANGLES: Self = Self { roundings: 16.0, origin_error: 0.0, far: FarRays::NONE };
 
-    /// Over boxes of triangles, by the roundings of the box test alone.
-    pub(crate) const BARE: Self = Self { slack: 0.0, stray: 0.0, far: FarRays::NONE };
+    /// Over boxes of triangles: the roundings of the box test alone.
+    pub(crate) const BOX_TEST: Self = Self { roundings: 0.0, origin_error: 0.0, far: FarRays::NONE };
 
     /// Over world boxes of instances. Taking a ray to an instance mixes its coordinates, so that
     /// roundings of the largest one count on every axis: five of the origin, and twelve of `t`
     /// directions, those of the triangle test included, for each unit that a row of `|M||N|` sums
     /// to (see [`inverse`](super::inverse)). This is enough for
     /// [`PAID_BY_RAYS`](super::inverse::PAID_BY_RAYS) of them.
-    pub(crate) const INSTANCES: Self = Self { slack: 64.0, stray: 16.0 * UNIT_ROUNDOFF, far: FarRays::NONE };
+    pub(crate) const INSTANCES: Self = Self { roundings: 64.0, origin_error: 16.0 * UNIT_ROUNDOFF, far: FarRays::NONE };
 
     /// Over world boxes of instances, some of which are skewed.
     #[inline(always)]
@@ -60,17 +61,19 @@ impl Lean {
         Self { far, ..Self::INSTANCES }
     }
 
-    /// By how much a ray strays whose origin has this as its largest coordinate, metres.
+    /// Error of an origin whose largest coordinate is `farthest`, metres.
     #[inline(always)]
-    pub(crate) fn stray(&self, farthest: f32) -> f32 {
-        self.stray * farthest + self.far.stray * (farthest - self.far.padded_for).max(0.0)
+    pub(crate) fn origin_error(&self, farthest: f32) -> f32 {
+        self.origin_error * farthest + self.far.origin_error * (farthest - self.far.padded_for).max(0.0)
     }
 
-    /// A ray that runs flatter than this to the planes of an axis counts as parallel to them; leaning in proportion would lead nowhere.
+    /// A ray that runs flatter than this to the planes of an axis counts as
+    /// parallel to them: an error in proportion to the flatness would exceed everything.
     #[inline(always)]
     pub(crate) const fn parallel(self) -> f32 {
-        let slack = if self.slack < Self::TRIANGLES.slack { Self::TRIANGLES.slack } else { self.slack };
-        1.0 / (4.0 * slack * UNIT_ROUNDOFF)
+        let roundings =
+            if self.roundings < Self::TRIANGLES.roundings { Self::TRIANGLES.roundings } else { self.roundings };
+        1.0 / (4.0 * roundings * UNIT_ROUNDOFF)
     }
 }
 
@@ -85,8 +88,8 @@ pub struct SafeRay {
     /// The ray runs down this axis, so that the upper plane is met first.
     pub(crate) downwards: [bool; 3],
     pub(crate) t_min: f32,
-    /// Present when single precision does not suffice for this ray.
-    careful: Option<CarefulRay>,
+    /// Present when reciprocals or scaled origins overflow in single precision.
+    in_double: Option<DoublePrecisionSlabs>,
 }
 
 /// Distances of planes along the ray, for each axis: `position * scale - offset`.
@@ -98,52 +101,53 @@ pub(crate) struct Planes {
 
 impl SafeRay {
     /// For boxes all within `bounds`. The ray is as [`Ray::sane`] made it.
-    pub(crate) fn new(ray: &Ray, bounds: &Aabb, lean: Lean) -> Self {
+    pub(crate) fn new(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Self {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        let (slack, stray) = (lean.slack, lean.stray(origin.abs().max_element()));
+        let (roundings, origin_error) = (bound.roundings, bound.origin_error(origin.abs().max_element()));
         let largest = direction.abs().max_element();
         let step = direction.abs().max(Vec3A::splat(LEAST_SLOPE * largest)).copysign(direction);
         let reciprocal = step.recip();
         // How much flatter the ray runs to an axis' planes than straight ahead.
         let flatness = reciprocal.abs() * largest;
-        let parallel = lean.parallel();
-        let (mut lean, mut stray_by) = (flatness, Vec3A::splat(stray));
+        let parallel = bound.parallel();
+        let (mut relative, mut absolute) = (flatness, Vec3A::splat(origin_error));
         if flatness.max_element() > parallel {
             let is_parallel = flatness.cmpgt(Vec3A::splat(parallel));
-            lean = Vec3A::select(is_parallel, Vec3A::ZERO, lean);
-            let far_end = stray + slack * UNIT_ROUNDOFF * reach(ray.origin, bounds);
-            stray_by = Vec3A::select(is_parallel, Vec3A::splat(far_end), stray_by);
+            relative = Vec3A::select(is_parallel, Vec3A::ZERO, relative);
+            let at_far_end = origin_error + roundings * UNIT_ROUNDOFF * reach(ray.origin, bounds);
+            absolute = Vec3A::select(is_parallel, Vec3A::splat(at_far_end), absolute);
         }
-        let (lean, stray_by) = ((lean + 1.0) * (slack * UNIT_ROUNDOFF), stray_by * reciprocal.abs());
-        let (near, far) = (reciprocal - reciprocal * lean, reciprocal + reciprocal * lean);
+        let relative = (relative + 1.0) * (roundings * UNIT_ROUNDOFF);
+        let absolute = absolute * reciprocal.abs();
+        let (near, far) = (reciprocal - reciprocal * relative, reciprocal + reciprocal * relative);
         let (near_origin, far_origin) = (origin * near, origin * far);
-        let outwards = |scaled: Vec3A| scaled.abs() * (4.0 * UNIT_ROUNDOFF) + stray_by;
+        let outwards = |scaled: Vec3A| scaled.abs() * (4.0 * UNIT_ROUNDOFF) + absolute;
         let near = Planes { scale: near, offset: near_origin + outwards(near_origin) };
         let far = Planes { scale: far, offset: far_origin - outwards(far_origin) };
-        // The distances must be finite too, or a plane far away would be no number instead of far away. The far side has the larger ones; a
-        // scale of nothing would make no number of the planes of an empty box.
+        // The distances must be finite too, or a plane far away would be NaN instead of far away. The far side has
+        // the larger ones; a scale of zero would make NaN of the planes of an empty box.
         let farthest = Vec3A::from(bounds.min).abs().max(Vec3A::from(bounds.max).abs());
         let most = far.scale.abs() * farthest + near.offset.abs().max(far.offset.abs());
-        let is_tame = most.is_finite() && near.scale.abs().min_element() >= f32::MIN_POSITIVE;
-        let careful = (!is_tame).then(|| CarefulRay {
+        let fits_single = most.is_finite() && near.scale.abs().min_element() >= f32::MIN_POSITIVE;
+        let in_double = (!fits_single).then(|| DoublePrecisionSlabs {
             origin: ray.origin,
             direction: ray.direction,
-            slack: slack * UNIT_ROUNDOFF * reach(ray.origin, bounds) + stray,
+            padding: roundings * UNIT_ROUNDOFF * reach(ray.origin, bounds) + origin_error,
         });
-        Self { near, far, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min * AT_LEAST, careful }
+        Self { near, far, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min * AT_LEAST, in_double }
     }
 
-    /// Whether only double precision does this ray justice.
+    /// Whether single precision overflows for this ray.
     #[inline(always)]
-    pub(crate) fn needs_care(&self) -> bool {
-        self.careful.is_some()
+    pub(crate) fn needs_double_precision(&self) -> bool {
+        self.in_double.is_some()
     }
 
     /// Where the ray enters the box, at the earliest, if it does so before `t_max`.
     #[inline]
     pub fn enter(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
-        if let Some(careful) = &self.careful {
-            return careful.enter(bounds, self.t_min, t_max);
+        if let Some(in_double) = &self.in_double {
+            return in_double.enter(bounds, self.t_min, t_max);
         }
         let (mut entry, mut exit) = (self.t_min, t_max);
         for axis in 0..3 {
@@ -168,14 +172,14 @@ fn reach(origin: [f32; 3], bounds: &Aabb) -> f32 {
 
 /// The same question in double precision, for rays whose reciprocals or scaled origins overflow.
 #[derive(Debug, Clone, Copy)]
-struct CarefulRay {
+struct DoublePrecisionSlabs {
     origin: [f32; 3],
     direction: [f32; 3],
     /// Metres by which boxes are widened.
-    slack: f32,
+    padding: f32,
 }
 
-impl CarefulRay {
+impl DoublePrecisionSlabs {
     fn enter(&self, bounds: &Aabb, t_min: f32, t_max: f32) -> Option<f32> {
         let (mut entry, mut exit) = (f64::from(t_min), f64::from(t_max));
         if bounds.is_empty() {
@@ -183,9 +187,9 @@ impl CarefulRay {
         }
         for axis in 0..3 {
             let (origin, step) = (f64::from(self.origin[axis]), f64::from(self.direction[axis]));
-            let slack = f64::from(self.slack);
-            let low = f64::from(bounds.min[axis]) - slack - origin;
-            let high = f64::from(bounds.max[axis]) + slack - origin;
+            let padding = f64::from(self.padding);
+            let low = f64::from(bounds.min[axis]) - padding - origin;
+            let high = f64::from(bounds.max[axis]) + padding - origin;
             if step == 0.0 {
                 if low > 0.0 || high < 0.0 {
                     return None;
@@ -206,7 +210,7 @@ mod tests {
     use super::*;
 
     fn enters(ray: &Ray, bounds: Aabb) -> Option<f32> {
-        SafeRay::new(&ray.sane().unwrap(), &bounds, Lean::TRIANGLES).enter(&bounds, ray.t_max)
+        SafeRay::new(&ray.sane().unwrap(), &bounds, ErrorBound::TRIANGLES).enter(&bounds, ray.t_max)
     }
 
     #[test]
@@ -243,7 +247,7 @@ mod tests {
     fn an_empty_box_is_never_entered() {
         for direction in [[1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [-1.0, 1e-30, 0.0]] {
             let ray = Ray::new([0.0; 3], direction);
-            let safe = SafeRay::new(&ray, &Aabb::new([-1.0; 3], [1.0; 3]), Lean::TRIANGLES);
+            let safe = SafeRay::new(&ray, &Aabb::new([-1.0; 3], [1.0; 3]), ErrorBound::TRIANGLES);
             assert_eq!(safe.enter(&Aabb::EMPTY, f32::INFINITY), None);
         }
     }

@@ -5,11 +5,11 @@ use std::mem::replace;
 use std::ops::ControlFlow;
 
 use super::{Cull, Filter, Hit, in_double};
-use crate::geometry::slab::Lean;
+use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Aabb, Precision, Ray, SafeRay, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
 use crate::traverse::{
-    Carefully, FrameStamp, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide,
+    DoublePrecisionRay, FrameStamp, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide,
 };
 use crate::wide::{InstanceRecord, WideLink};
 
@@ -91,13 +91,15 @@ fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: In
         let _ = visitor.leaf(isa, WideLink::items(0..1), tally);
         return;
     }
-    let (tree, lean) = (top.tree(), Lean::instances(top.far()));
+    let (tree, bound) = (top.tree(), ErrorBound::instances(top.far()));
     let quads = RayQuads::new(isa, ray);
-    let lanes = match RayLanes::new(isa, &quads, tree.around(), lean) {
+    let lanes = match RayLanes::new(isa, &quads, tree.around(), bound) {
         Some(lanes) => lanes,
-        None => match safe(ray, tree.around(), lean) {
-            Some(safe) if safe.needs_care() => {
-                return apart(visitor.gather, |gather| carefully(InWorld { gather, ..visitor }, &safe, tally));
+        None => match safe(ray, tree.around(), bound) {
+            Some(safe) if safe.needs_double_precision() => {
+                return apart(visitor.gather, |gather| {
+                    in_double_precision(InWorld { gather, ..visitor }, &safe, tally)
+                });
             }
             Some(safe) => RayLanes::of(isa, &quads, &safe),
             None => return,
@@ -118,14 +120,14 @@ fn apart<G: Gather, R>(gather: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
 /// The long way to a ray that is ready for boxes; `None` when nothing can be hit.
 #[cold]
 #[inline(never)]
-fn safe(ray: &Ray, bounds: &Aabb, lean: Lean) -> Option<SafeRay> {
-    Some(SafeRay::new(&ray.sane()?, bounds, lean))
+fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
+    Some(SafeRay::new(&ray.sane()?, bounds, bound))
 }
 
 #[cold]
 #[inline(never)]
 fn carefully<F: Filter, G: Gather, T: Tally>(mut visitor: InWorld<'_, F, G>, safe: &SafeRay, tally: &mut T) {
-    walk_wide(Scalar, visitor.world.top.tree(), Carefully(safe), &mut visitor, tally);
+    walk_wide(Scalar, visitor.world.top.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
 }
 
 struct InWorld<'a, F, G> {
@@ -184,11 +186,13 @@ impl<F: Filter, G: Gather> InWorld<'_, F, G> {
         let mesh = &*self.world.meshes[record.mesh as usize];
         let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
         let tree = mesh.bvh.tree();
-        let (lanes, sheared) = match RayLanes::new(isa, &quads, tree.around(), Lean::BARE) {
-            Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::of_moderate(isa, &quads, &ray.local)),
-            None => match safe(&ray.local, tree.around(), Lean::TRIANGLES) {
-                Some(safe) if safe.needs_care() => {
-                    return apart(self.gather, |gather| ray.carefully::<G, T, WATERTIGHT>(&safe, gather, tally));
+        let (lanes, sheared) = match RayLanes::new(isa, &quads, tree.around(), ErrorBound::BOX_TEST) {
+            Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::in_range(isa, &quads, &ray.local)),
+            None => match safe(&ray.local, tree.around(), ErrorBound::TRIANGLES) {
+                Some(safe) if safe.needs_double_precision() => {
+                    return apart(self.gather, |gather| {
+                        ray.in_double_precision::<G, T, WATERTIGHT>(&safe, gather, tally)
+                    });
                 }
                 Some(safe) => (RayLanes::of(isa, &quads, &safe), ShearedLanes::new(isa, &ray.local)),
                 None => return ControlFlow::Continue(()),
@@ -265,7 +269,7 @@ impl<F: Filter> RayInMesh<'_, F> {
     ) -> ControlFlow<()> {
         let lanes = ShearedLanes::<Scalar, WATERTIGHT>::new(Scalar, &self.local);
         let mut visitor = InMesh { ray: self, lanes, gather, done: ControlFlow::Continue(()) };
-        walk_wide(Scalar, self.mesh.bvh.tree(), Carefully(safe), &mut visitor, tally);
+        walk_wide(Scalar, self.mesh.bvh.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
         visitor.done
     }
 }

@@ -9,10 +9,10 @@ use std::ops::ControlFlow;
 use super::ask::{Gather, Rules};
 use super::{Filter, Hit};
 use crate::geometry::inverse::LocalRay;
-use crate::geometry::slab::{Lean, SafeRay};
+use crate::geometry::slab::{ErrorBound, SafeRay};
 use crate::geometry::{Precision, Ray, Sheared};
 use crate::simd::Scalar;
-use crate::traverse::{Carefully, Posed, Tally, TwoLevel, WideVisitor, walk_wide};
+use crate::traverse::{DoublePrecisionRay, Posed, Tally, TwoLevel, WideVisitor, walk_wide};
 use crate::wide::{InstanceRecord, WideLink};
 
 /// A ray in the space of one instance.
@@ -90,9 +90,9 @@ pub(super) fn enter<F: Filter, G: Gather, T: Tally>(
 ) -> ControlFlow<()> {
     let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { return ControlFlow::Continue(()) };
     let tree = ray.mesh.bvh.tree();
-    let safe = SafeRay::new(&ray.local, tree.around(), Lean::TRIANGLES);
+    let safe = SafeRay::new(&ray.local, tree.around(), ErrorBound::TRIANGLES);
     let mut visitor = OneByOne { sheared: ray.sheared(), ray: &ray, gather, done: ControlFlow::Continue(()) };
-    walk_wide(Scalar, tree, Carefully(&safe), &mut visitor, tally);
+    walk_wide(Scalar, tree, DoublePrecisionRay(&safe), &mut visitor, tally);
     visitor.done
 }
 

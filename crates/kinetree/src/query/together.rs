@@ -3,7 +3,7 @@
 use super::ask::Rules;
 use super::gather_rows::GatherRows;
 use super::{Cull, Filter};
-use crate::geometry::slab::Lean;
+use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Precision, Ray, TriangleHit, exact};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
@@ -36,10 +36,10 @@ impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G,
             // The boxes in the root of its mesh say as much as its own.
             visitor.leaf(isa, WideLink::items(0..1), set);
         } else {
-            let lean = Lean::instances(self.world.top.far());
-            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), lean);
-            visitor.alone = planes.careful;
-            for set in octants(set & !planes.careful, rays.negative) {
+            let bound = ErrorBound::instances(self.world.top.far());
+            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), bound);
+            visitor.alone = planes.in_double;
+            for set in octants(set & !planes.in_double, rays.negative) {
                 let interval = Interval::new(isa, &rays, &planes, set);
                 walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
             }
@@ -95,11 +95,11 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
                 moved = rays;
                 (&moved, set & sane)
             };
-            let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), Lean::TRIANGLES);
-            self.alone |= planes.careful;
+            let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
+            self.alone |= planes.in_double;
             let sheared = ShearedPacket::new(isa, rays);
             let in_mesh = InMesh::<F, G, true> { rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
-            let set = set & !planes.careful;
+            let set = set & !planes.in_double;
             match mesh.precision {
                 Precision::Watertight => in_mesh.walk(isa, &planes, set),
                 Precision::Fast => in_mesh.in_single_precision().walk(isa, &planes, set),

@@ -85,7 +85,7 @@ impl Scene {
         work.into_iter().filter_map(|(_, _, report)| report).collect()
     }
 
-    /// Fills instance records and world boxes; says who was left out, and how rays from far away stray.
+    /// Fills instance records and world boxes; says who was left out, and the further error of rays from far away.
     fn place_instances(&mut self, frame: &mut Frame) -> (Vec<super::InstanceId>, FarRays) {
         let resolved = self.resolved();
         frame.placed.clear();

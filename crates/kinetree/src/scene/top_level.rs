@@ -13,7 +13,7 @@ use crate::wide::{MeshBvh, TopLevelBvh};
 const CLUSTERED_UP_TO: usize = 512;
 
 /// A tree over the boxes that are not empty; its primitives are places in `boxes`. `far` is how
-/// rays from far away stray.
+/// the further error of rays from far away.
 pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (TopLevelBvh, TopLevelMethod) {
     let (numbers, solid): (Vec<u32>, Vec<Aabb>) =
         (0..).zip(boxes.iter().copied()).filter(|(_, bounds)| !bounds.is_empty()).unzip();
@@ -74,10 +74,10 @@ pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> Fa
         let Aabb { min, max } = padded(&boxes[at], excess.map(|excess| excess * SKEWED_BOX * farthest));
         boxes[at] = Aabb::new(min.map(|x| x.max(f32::MIN)), max.map(|x| x.min(f32::MAX)));
     }
-    FarRays { padded_for: farthest, stray: most * SKEWED_RAY }
+    FarRays { padded_for: farthest, origin_error: most * SKEWED_RAY }
 }
 
-/// Whether rays stray more at an instance than box tests allow for.
+/// Whether rays err more at an instance than box tests allow for.
 pub(crate) fn is_skewed(skew: [f32; 3]) -> bool {
     skew.iter().any(|&sum| sum > PAID_BY_RAYS)
 }

@@ -48,9 +48,9 @@ pub(crate) trait Isa: Copy {
     fn splat8(self, x: f32) -> Self::F8;
     fn load8(self, x: &[f32; 8]) -> Self::F8;
     fn store8(self, x: Self::F8) -> [f32; 8];
-    /// `a * b - c`. Rounded once or twice: only for what may lean.
+    /// `a * b - c`. Rounded once or twice: only where an error bound allows for both.
     fn mul_sub8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
-    /// `a * b + c`. Rounded once or twice: only for what may lean.
+    /// `a * b + c`. Rounded once or twice: only where an error bound allows for both.
     fn mul_add8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
     fn max8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn min8(self, a: Self::F8, b: Self::F8) -> Self::F8;
@@ -80,7 +80,7 @@ pub(crate) trait Isa: Copy {
     fn sub4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn mul4(self, a: Self::F4, b: Self::F4) -> Self::F4;
     fn div4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    /// `a * b - c`. Rounded once or twice: only for what may lean.
+    /// `a * b - c`. Rounded once or twice: only where an error bound allows for both.
     fn mul_sub4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
     /// `a * b + c`, rounded once.
     fn fused4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
@@ -137,7 +137,7 @@ pub(crate) trait Isa: Copy {
     fn mul16(self, a: Self::F16, b: Self::F16) -> Self::F16;
     fn div16(self, a: Self::F16, b: Self::F16) -> Self::F16;
     fn abs16(self, x: Self::F16) -> Self::F16;
-    /// `a * b - c`. Rounded once or twice: only for what may lean.
+    /// `a * b - c`. Rounded once or twice: only where an error bound allows for both.
     fn mul_sub16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
     /// `a * b + c`, rounded once.
     fn fused16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;

@@ -46,7 +46,7 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
 
     /// The same of a ray with no step beyond [`MODERATE`](super::lanes::MODERATE) and none whose reciprocal is: nothing overflows then, or vanishes.
     #[inline(always)]
-    pub(crate) fn of_moderate(isa: I, quads: &RayQuads<I>, ray: &'a Ray) -> Self {
+    pub(crate) fn in_range(isa: I, quads: &RayQuads<I>, ray: &'a Ray) -> Self {
         let largest = isa.largest_of_three(quads.direction);
         let z = (isa.le4(largest, isa.abs4(quads.direction)) & 7).trailing_zeros() as usize & 3;
         let order = &ORDERS[z][usize::from(isa.signs4(quads.direction)) >> z & 1];
@@ -238,7 +238,7 @@ mod tests {
         #[inline(always)]
         fn run<I: Isa>(self, isa: I) {
             for ray in self.0 {
-                let quick = ShearedLanes::<I, true>::of_moderate(isa, &RayQuads::new(isa, ray), ray);
+                let quick = ShearedLanes::<I, true>::in_range(isa, &RayQuads::new(isa, ray), ray);
                 let slow = ShearedLanes::<I, true>::new(isa, ray);
                 let bits = |lanes: &ShearedLanes<'_, I, true>| {
                     let [a, b, c] = lanes.origin;
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moderate_ray_is_sheared_in_registers_as_it_is_elsewhere() {
+    fn a_ray_in_single_precision_range_is_sheared_in_registers_as_it_is_elsewhere() {
         let mut rays = Vec::new();
         for size in [2.0_f32.powi(-60), 1e-12, 0.3, 1.0, 7.0, 1e12, 2.0_f32.powi(60) / 3.0] {
             let steps = [-size, -size * 0.75, size * 0.5, size * 0.7501, size];

@@ -5,13 +5,13 @@
 
 use glam::Vec3A;
 
-use crate::geometry::slab::{Lean, SafeRay};
+use crate::geometry::slab::{ErrorBound, SafeRay};
 use crate::geometry::{AT_LEAST, Aabb, Affine, Ray, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::{LANES, NodeRows};
 
 /// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
-pub(super) const MODERATE: f32 = (1_u64 << 60) as f32;
+pub(super) const SINGLE_PRECISION_RANGE: f32 = (1_u64 << 60) as f32;
 
 /// A ray in two registers: the origin with `t_min`, and the direction with `t_max`.
 #[derive(Clone, Copy)]
@@ -60,7 +60,7 @@ pub(crate) trait Boxes<I: Isa>: Copy {
     fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8);
 }
 
-/// A ray in registers: one multiplication and addition per plane. See [`SafeRay`] for how it leans.
+/// A ray in registers: one multiplication and addition per plane. See [`SafeRay`] for its error bounds.
 #[derive(Clone, Copy)]
 pub(crate) struct RayLanes<I: Isa> {
     near_scale: [I::F8; 3],
@@ -75,7 +75,7 @@ pub(crate) struct RayLanes<I: Isa> {
 impl<I: Isa> RayLanes<I> {
     /// For boxes within the bounds. `None` when the ray has to take the long way.
     #[inline(always)]
-    pub(crate) fn new(isa: I, ray: &RayQuads<I>, bounds: &Aabb, lean: Lean) -> Option<Self> {
+    pub(crate) fn new(isa: I, ray: &RayQuads<I>, bounds: &Aabb, bound: ErrorBound) -> Option<Self> {
         let RayQuads { origin, direction } = *ray;
         let largest = isa.largest_of_three(direction);
         let reciprocal = isa.div4(isa.splat4(1.0), direction);
@@ -85,18 +85,18 @@ impl<I: Isa> RayLanes<I> {
         let origin_size = isa.abs4(origin);
         let [low, high] = bounds.quads();
         let extent = isa.max4(isa.abs4(isa.load4(low)), isa.abs4(isa.load4(high)));
-        let moderate = isa.splat4(MODERATE);
+        let range = isa.splat4(SINGLE_PRECISION_RANGE);
         // What is no number is the second operand of `max`, or the largest, and fails.
-        let tame = isa.le4(isa.max4(size, isa.max4(largest, origin_size)), moderate)
-            & isa.le4(flatness, isa.splat4(lean.parallel()))
+        let fits = isa.le4(isa.max4(size, isa.max4(largest, origin_size)), range)
+            & isa.le4(flatness, isa.splat4(bound.parallel()))
             & 7;
-        if tame != 7 || isa.le4(extent, moderate) != 15 {
+        if fits != 7 || isa.le4(extent, range) != 15 {
             return None;
         }
-        let unit = lean.slack * UNIT_ROUNDOFF;
-        let (near, far) = if unit > 0.0 {
-            let near = isa.mul_sub4(flatness, isa.splat4(-unit), isa.splat4(unit - 1.0));
-            let far = isa.mul_sub4(flatness, isa.splat4(unit), isa.splat4(-1.0 - unit));
+        let error = bound.roundings * UNIT_ROUNDOFF;
+        let (near, far) = if error > 0.0 {
+            let near = isa.mul_sub4(flatness, isa.splat4(-error), isa.splat4(error - 1.0));
+            let far = isa.mul_sub4(flatness, isa.splat4(error), isa.splat4(-1.0 - error));
             (isa.mul4(reciprocal, near), isa.mul4(reciprocal, far))
         } else {
             // Two roundings for each of two axes, and as many again.
@@ -104,23 +104,23 @@ impl<I: Isa> RayLanes<I> {
         };
         let (near_origin, far_origin) = (isa.mul4(origin, near), isa.mul4(origin, far));
         let four = isa.splat4(4.0 * UNIT_ROUNDOFF);
-        let (mut near_slack, mut far_slack) =
+        let (mut near_error, mut far_error) =
             (isa.mul4(isa.abs4(near_origin), four), isa.mul4(isa.abs4(far_origin), four));
-        if lean.stray > 0.0 {
+        if bound.origin_error > 0.0 {
             let farthest = isa.largest_of_three(origin);
-            let mut stray = isa.mul4(farthest, isa.splat4(lean.stray));
-            if lean.far.stray > 0.0 {
-                let beyond = isa.max4(isa.sub4(farthest, isa.splat4(lean.far.padded_for)), isa.splat4(0.0));
-                stray = isa.add4(stray, isa.mul4(beyond, isa.splat4(lean.far.stray)));
+            let mut origin_error = isa.mul4(farthest, isa.splat4(bound.origin_error));
+            if bound.far.origin_error > 0.0 {
+                let beyond = isa.max4(isa.sub4(farthest, isa.splat4(bound.far.padded_for)), isa.splat4(0.0));
+                origin_error = isa.add4(origin_error, isa.mul4(beyond, isa.splat4(bound.far.origin_error)));
             }
-            let stray = isa.mul4(size, stray);
-            (near_slack, far_slack) = (isa.add4(near_slack, stray), isa.add4(far_slack, stray));
+            let origin_error = isa.mul4(size, origin_error);
+            (near_error, far_error) = (isa.add4(near_error, origin_error), isa.add4(far_error, origin_error));
         }
         // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.
-        let far_slack = isa.add4(far_slack, isa.splat4(f32::MIN_POSITIVE));
+        let far_error = isa.add4(far_error, isa.splat4(f32::MIN_POSITIVE));
         let nothing = isa.splat4(0.0);
-        let near_offset = isa.sub4(isa.sub4(nothing, near_slack), near_origin);
-        let far_offset = isa.sub4(far_slack, far_origin);
+        let near_offset = isa.sub4(isa.sub4(nothing, near_error), near_origin);
+        let far_offset = isa.sub4(far_error, far_origin);
         Some(Self {
             near_scale: spread(isa, near),
             near_offset: spread(isa, near_offset),
@@ -180,7 +180,7 @@ fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
 impl<I: Isa> Boxes<I> for RayLanes<I> {
     #[inline(always)]
     fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8) {
-        // None is not a number, since the ray is tame; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
+        // None is not a number, since the ray is within `SINGLE_PRECISION_RANGE`; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
         // inside out, and entered at infinity.
         let entry = isa.max_bits8(self.near(isa, node, 0), self.near(isa, node, 1));
         let entry = isa.max_bits8(entry, isa.max_bits8(self.near(isa, node, 2), self.t_min));
@@ -192,9 +192,9 @@ impl<I: Isa> Boxes<I> for RayLanes<I> {
 
 /// The same in double precision, box by box, for the rare ray whose reciprocals overflow.
 #[derive(Clone, Copy)]
-pub(crate) struct Carefully<'a>(pub(crate) &'a SafeRay);
+pub(crate) struct DoublePrecisionRay<'a>(pub(crate) &'a SafeRay);
 
-impl<I: Isa> Boxes<I> for Carefully<'_> {
+impl<I: Isa> Boxes<I> for DoublePrecisionRay<'_> {
     #[inline(always)]
     fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8) {
         let t_max = f32::from_bits(isa.store8(limit)[0].to_bits() - 1);

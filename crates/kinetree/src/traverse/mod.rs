@@ -13,7 +13,7 @@ mod work;
 pub(crate) use block::ShearedLanes;
 pub use hierarchy::Hierarchy;
 pub(crate) use hierarchy::Interval as InstanceInterval;
-pub(crate) use lanes::{Boxes, Carefully, RayLanes, RayQuads};
+pub(crate) use lanes::{Boxes, DoublePrecisionRay, RayLanes, RayQuads};
 pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, lanes_of, octants,
     walk_packet,

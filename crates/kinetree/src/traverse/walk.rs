@@ -74,7 +74,7 @@ pub fn walk<T: Tally>(tree: &Bvh, visitor: &mut impl Visitor<T>, tally: &mut T) 
 mod tests {
     use super::*;
     use crate::build::{BuildOptions, binned};
-    use crate::geometry::slab::Lean;
+    use crate::geometry::slab::ErrorBound;
     use crate::geometry::{Ray, SafeRay};
     use crate::traverse::Work;
 
@@ -112,8 +112,11 @@ mod tests {
         let tree = binned(boxes.len(), |i| boxes[i as usize], &options);
         for i in 0..500 {
             let direction = [(i % 7) as f32 - 3.1, (i % 11) as f32 - 4.9, (i % 13) as f32 - 6.2];
-            let ray =
-                SafeRay::new(&Ray::new([15.0, 18.0, 20.0], direction).sane().unwrap(), &tree.bounds(), Lean::TRIANGLES);
+            let ray = SafeRay::new(
+                &Ray::new([15.0, 18.0, 20.0], direction).sane().unwrap(),
+                &tree.bounds(),
+                ErrorBound::TRIANGLES,
+            );
             let mut work = Work::default();
             let mut visitor = Entered { ray, tree: &tree, found: Vec::new() };
             walk(&tree, &mut visitor, &mut work);

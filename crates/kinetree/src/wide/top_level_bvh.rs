@@ -53,7 +53,7 @@ impl fmt::Debug for TopLevelBvh {
 }
 
 impl TopLevelBvh {
-    /// Collapses a binary tree over instances, each alone in its leaf. `far` is how rays from far away stray.
+    /// Collapses a binary tree over instances, each alone in its leaf. `far` is the further error of rays from far away.
     pub(crate) fn new(binary: &Bvh, far: FarRays) -> Self {
         let mut instances =
             Instances { primitives: binary.primitives(), list: Vec::with_capacity(binary.primitives().len()) };
@@ -61,7 +61,7 @@ impl TopLevelBvh {
         Self { tree, instances: instances.list, far }
     }
 
-    /// Becomes a copy, in the memory that is there; `far` is how rays from far away stray now.
+    /// Becomes a copy, in the memory that is there; `far` is the further error of rays from far away now.
     pub(crate) fn copy_from(&mut self, other: &Self, far: FarRays) {
         self.tree.nodes.clone_from(&other.tree.nodes);
         self.tree.items = other.tree.items;
@@ -70,7 +70,7 @@ impl TopLevelBvh {
         self.far = far;
     }
 
-    /// How rays from far away stray.
+    /// The further error of rays from far away.
     #[inline(always)]
     pub(crate) fn far(&self) -> FarRays {
         self.far

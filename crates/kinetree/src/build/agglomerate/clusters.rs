@@ -1,6 +1,6 @@
 //! The clusters that are alive, sixteen side by side, and the search among them by looking at each.
 
-use super::tamed;
+use super::clamped;
 use crate::geometry::Aabb;
 
 /// How many clusters stand side by side in a block.
@@ -142,7 +142,7 @@ impl Clusters {
     /// Each box a cluster of its own, in the order given.
     pub(super) fn new(boxes: &[Aabb]) -> Self {
         let mut clusters = Self { blocks: Vec::new(), places: 0, alive: 0, place_of: vec![NOBODY; boxes.len()] };
-        clusters.refill((0u32..).zip(boxes.iter().map(tamed)));
+        clusters.refill((0u32..).zip(boxes.iter().map(clamped)));
         clusters
     }
 

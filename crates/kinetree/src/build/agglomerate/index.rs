@@ -322,7 +322,7 @@ fn spread(cell: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::super::tests::Random;
-    use super::super::{distance, tamed};
+    use super::super::{clamped, distance};
     use super::*;
 
     /// Corners of a box, with edges of any order of magnitude between two.
@@ -334,7 +334,7 @@ mod tests {
             points[0][axis] = low;
             points[1][axis] = low + edge;
         }
-        tamed(&Aabb::new(points[0], points[1]))
+        clamped(&Aabb::new(points[0], points[1]))
     }
 
     /// Alone below an entry, a cluster that is apart from the probe is bounded by its distance, but for rounding.

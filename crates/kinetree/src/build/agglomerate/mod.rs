@@ -88,7 +88,7 @@ fn distance(a: &Aabb, b: &Aabb) -> f32 {
 ///
 /// A box that holds nothing is taken for the origin. The tree gets the boxes as they were given; this only decides
 /// who is merged with whom.
-fn tamed(given: &Aabb) -> Aabb {
+fn clamped(given: &Aabb) -> Aabb {
     /// Extents of boxes within plus and minus this stay finite.
     const LIMIT: f32 = f32::MAX / 2.0;
 
@@ -96,8 +96,8 @@ fn tamed(given: &Aabb) -> Aabb {
         return Aabb::new([0.0; 3], [0.0; 3]);
     }
     // Adding zero makes zeros positive, so that no extent is -0 and equal distances have equal bits.
-    let tame = |x: f32| x.clamp(-LIMIT, LIMIT) + 0.0;
-    Aabb::new(given.min.map(tame), given.max.map(tame))
+    let clamp = |x: f32| x.clamp(-LIMIT, LIMIT) + 0.0;
+    Aabb::new(given.min.map(clamp), given.max.map(clamp))
 }
 
 /// Whether a box has a point. One that is inside out, or has a NaN, has none.

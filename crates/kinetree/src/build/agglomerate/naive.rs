@@ -1,7 +1,7 @@
 //! The slow twin: find the pair with the smallest joint area, merge it, repeat. Cubic.
 
 use super::dendrogram::{Dendrogram, Pair};
-use super::{ClusteringWork, distance, tamed};
+use super::{ClusteringWork, clamped, distance};
 use crate::geometry::Aabb;
 
 /// Merges the smallest pair of all until one cluster is left.
@@ -9,7 +9,7 @@ pub(super) fn naive(boxes: &[Aabb]) -> (Dendrogram, ClusteringWork) {
     let mut dendrogram = Dendrogram::new(boxes.len());
     let mut work = ClusteringWork::default();
     // Each cluster stands at the place of its smallest leaf.
-    let mut clusters: Vec<Option<Aabb>> = boxes.iter().map(|given| Some(tamed(given))).collect();
+    let mut clusters: Vec<Option<Aabb>> = boxes.iter().map(|given| Some(clamped(given))).collect();
 
     while let Some(pair) = smallest_pair(&clusters, &mut work) {
         let (left, right) = (pair.left as usize, pair.right as usize);

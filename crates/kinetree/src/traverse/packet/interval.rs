@@ -17,7 +17,7 @@ pub(crate) struct Interval<I: Isa> {
     axes: [Range<I>; 3],
 }
 
-/// What the distance of a plane is computed from along an axis: `(position - origin) * scale`, give or take `slack`.
+/// What the distance of a plane is computed from along an axis: `(position - origin) * scale`, give or take `error`.
 #[derive(Clone, Copy)]
 struct Range<I: Isa> {
     sign: I::F8,
@@ -26,7 +26,7 @@ struct Range<I: Isa> {
     first: I::F8,
     least: I::F8,
     most: I::F8,
-    slack: I::F8,
+    error: I::F8,
     /// The same below zero.
     minus: I::F8,
 }
@@ -34,8 +34,8 @@ struct Range<I: Isa> {
 /// Roundings by which the ranges are widened; a test rounds three times.
 const WIDENED: f32 = 4.0 * UNIT_ROUNDOFF;
 
-/// By how many roundings of the scaled origin distances lean and err: four by which offsets lean, two in making those, and twice what a test rounds.
-const SLACK: f32 = 16.0 * UNIT_ROUNDOFF;
+/// By how many roundings of the scaled origin distances are widened and err: four by which offsets are widened, two in making those, and twice what a test rounds.
+const ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
 
 impl<I: Isa> Interval<I> {
     /// Of a set that is not empty and whose rays share an octant.
@@ -55,23 +55,24 @@ impl<I: Isa> Interval<I> {
             farthest = farthest.max(last).max(minus_first);
         }
         let zero = isa.splat8(0.0);
-        let nothing = Range { sign: zero, last: zero, first: zero, least: zero, most: zero, slack: zero, minus: zero };
+        let nothing = Range { sign: zero, last: zero, first: zero, least: zero, most: zero, error: zero, minus: zero };
         let mut axes = [nothing; 3];
         for axis in 0..3 {
             let [last, minus_first, most, minus_least] = ends[axis];
             // Infinite ones would make no number of nothing.
             let most = (most * (1.0 + WIDENED)).min(f32::MAX);
-            let slack = (last.max(minus_first) * SLACK + planes.lean.stray(farthest)) * most + planes.parallel[axis];
+            let error =
+                (last.max(minus_first) * ERROR + planes.bound.origin_error(farthest)) * most + planes.parallel[axis];
             // A little more, so that a box that rays only touch, at no distance, is left after it is entered.
-            let slack = (slack * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
+            let error = (error * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
             axes[axis] = Range {
                 sign: isa.splat8(if sides[axis] == 1 { -1.0 } else { 1.0 }),
                 last: isa.splat8(last),
                 first: isa.splat8(-minus_first),
                 least: isa.splat8(-minus_least * (1.0 - WIDENED)),
                 most: isa.splat8(most),
-                slack: isa.splat8(slack),
-                minus: isa.splat8(-slack),
+                error: isa.splat8(error),
+                minus: isa.splat8(-error),
             };
         }
         Self { sides, set, axes }
@@ -85,10 +86,10 @@ impl<I: Isa> Interval<I> {
         let (mut entry, mut exit) = (isa.splat8(0.0), isa.splat8(f32::from_bits(t_max.to_bits() + 1)));
         for axis in 0..3 {
             let side = self.sides[axis] & 1;
-            let Range { sign, last, first, least, most, slack, minus } = self.axes[axis];
+            let Range { sign, last, first, least, most, error, minus } = self.axes[axis];
             let from = isa.mul_sub8(isa.load8(&node.planes[axis][side]), sign, last);
             let to = isa.mul_sub8(isa.load8(&node.planes[axis][side ^ 1]), sign, first);
-            let from = isa.min8(isa.mul_sub8(from, least, slack), isa.mul_sub8(from, most, slack));
+            let from = isa.min8(isa.mul_sub8(from, least, error), isa.mul_sub8(from, most, error));
             let to = isa.max8(isa.mul_sub8(to, least, minus), isa.mul_sub8(to, most, minus));
             // None is not a number, and entries are not negative. The boxes of lanes that are not in use are inside out, and entered at infinity.
             entry = isa.max_bits8(from, entry);

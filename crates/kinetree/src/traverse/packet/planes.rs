@@ -1,8 +1,8 @@
 //! Box tests of sixteen rays at a step: [`SafeRay`](crate::geometry::SafeRay) for a packet, by the same operations.
 
-use super::super::lanes::MODERATE;
+use super::super::lanes::SINGLE_PRECISION_RANGE;
 use super::rays::{Column, PACKET, RayPacket, lanes_of, size};
-use crate::geometry::slab::Lean;
+use crate::geometry::slab::ErrorBound;
 use crate::geometry::{AT_LEAST, AT_MOST, Aabb, SafeRay, UNIT_ROUNDOFF};
 use crate::simd::Isa;
 use crate::wide::WideNode;
@@ -14,39 +14,39 @@ pub(crate) struct PacketPlanes {
     pub(crate) far_scale: [Column; 3],
     pub(crate) far_offset: [Column; 3],
     /// Rays that only double precision does justice.
-    pub(crate) careful: u64,
-    /// By how much offsets lean with the largest coordinate of a ray's origin, among others.
-    pub(super) lean: Lean,
-    /// By how much more they lean along each axis, at most, where rays run parallel to its planes.
+    pub(crate) in_double: u64,
+    /// By how much offsets are widened in proportion to the largest coordinate of a ray's origin, among others.
+    pub(super) bound: ErrorBound,
+    /// By how much more they are widened along each axis, at most, where rays run parallel to its planes.
     pub(super) parallel: [f32; 3],
 }
 
 impl PacketPlanes {
     /// Of the rays in the set, for boxes all within `bounds`.
     #[inline(always)]
-    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket, set: u64, bounds: &Aabb, lean: Lean) -> Self {
+    pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket, set: u64, bounds: &Aabb, bound: ErrorBound) -> Self {
         let zero = [Column::splat(0.0); 3];
         let mut all = Self {
             near_scale: zero,
             near_offset: zero,
             far_scale: zero,
             far_offset: zero,
-            careful: 0,
-            lean,
+            in_double: 0,
+            bound,
             parallel: [0.0; 3],
         };
-        if all.set_quickly(isa, rays, bounds, lean) & set != set {
-            all.set_slowly(rays, set, bounds, lean);
+        if all.set_quickly(isa, rays, bounds, bound) & set != set {
+            all.set_slowly(rays, set, bounds, bound);
         }
         all
     }
 
     /// The rays for which the short way is right: nothing about them is huge or tiny, and none is parallel to an axis.
     #[inline(always)]
-    fn set_quickly<I: Isa>(&mut self, isa: I, rays: &RayPacket, bounds: &Aabb, lean: Lean) -> u64 {
-        let (slack, four) = (isa.splat16(lean.slack * UNIT_ROUNDOFF), isa.splat16(4.0 * UNIT_ROUNDOFF));
-        let (moderate, one) = (isa.splat16(MODERATE), isa.splat16(1.0));
-        let mut tame = 0;
+    fn set_quickly<I: Isa>(&mut self, isa: I, rays: &RayPacket, bounds: &Aabb, bound: ErrorBound) -> u64 {
+        let (error, four) = (isa.splat16(bound.roundings * UNIT_ROUNDOFF), isa.splat16(4.0 * UNIT_ROUNDOFF));
+        let (range, one) = (isa.splat16(SINGLE_PRECISION_RANGE), isa.splat16(1.0));
+        let mut fit = 0;
         for row in 0..rays.t_min.0.len() {
             let [x, y, z] = [&rays.direction[0].0[row], &rays.direction[1].0[row], &rays.direction[2].0[row]];
             let largest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
@@ -54,44 +54,44 @@ impl PacketPlanes {
             let [x, y, z] = [&rays.origin[0].0[row], &rays.origin[1].0[row], &rays.origin[2].0[row]];
             let farthest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
             let farthest = isa.max16(farthest, size(isa, isa.load16(z)));
-            let mut stray = isa.mul16(farthest, isa.splat16(lean.stray));
-            if lean.far.stray > 0.0 {
-                let beyond = isa.max16(isa.sub16(farthest, isa.splat16(lean.far.padded_for)), isa.splat16(0.0));
-                stray = isa.add16(stray, isa.mul16(beyond, isa.splat16(lean.far.stray)));
+            let mut origin_error = isa.mul16(farthest, isa.splat16(bound.origin_error));
+            if bound.far.origin_error > 0.0 {
+                let beyond = isa.max16(isa.sub16(farthest, isa.splat16(bound.far.padded_for)), isa.splat16(0.0));
+                origin_error = isa.add16(origin_error, isa.mul16(beyond, isa.splat16(bound.far.origin_error)));
             }
-            let mut lanes = isa.le16(isa.max16(largest, farthest), moderate);
+            let mut lanes = isa.le16(isa.max16(largest, farthest), range);
             for axis in 0..3 {
                 let origin = isa.load16(&rays.origin[axis].0[row]);
                 let reciprocal = isa.load16(&rays.reciprocal[axis].0[row]);
                 let steepness = size(isa, reciprocal);
                 let flatness = isa.mul16(steepness, largest);
-                lanes &= isa.le16(steepness, moderate) & isa.le16(flatness, isa.splat16(lean.parallel()));
-                let lean = isa.mul16(reciprocal, isa.mul16(isa.add16(flatness, one), slack));
-                let (near, far) = (isa.sub16(reciprocal, lean), isa.add16(reciprocal, lean));
+                lanes &= isa.le16(steepness, range) & isa.le16(flatness, isa.splat16(bound.parallel()));
+                let bound = isa.mul16(reciprocal, isa.mul16(isa.add16(flatness, one), error));
+                let (near, far) = (isa.sub16(reciprocal, bound), isa.add16(reciprocal, bound));
                 let (near_start, far_start) = (isa.mul16(origin, near), isa.mul16(origin, far));
-                let stray = isa.mul16(stray, steepness);
-                let near_lean = isa.add16(isa.mul16(size(isa, near_start), four), stray);
-                let far_lean = isa.add16(isa.mul16(size(isa, far_start), four), stray);
+                let origin_error = isa.mul16(origin_error, steepness);
+                let near_error = isa.add16(isa.mul16(size(isa, near_start), four), origin_error);
+                let far_error = isa.add16(isa.mul16(size(isa, far_start), four), origin_error);
                 self.near_scale[axis].0[row] = isa.store16(near);
                 self.far_scale[axis].0[row] = isa.store16(far);
-                self.near_offset[axis].0[row] = isa.store16(isa.add16(near_start, near_lean));
-                self.far_offset[axis].0[row] = isa.store16(isa.sub16(far_start, far_lean));
+                self.near_offset[axis].0[row] = isa.store16(isa.add16(near_start, near_error));
+                self.far_offset[axis].0[row] = isa.store16(isa.sub16(far_start, far_error));
             }
-            tame |= u64::from(lanes) << (16 * row);
+            fit |= u64::from(lanes) << (16 * row);
         }
-        let is_moderate = bounds.min.iter().chain(&bounds.max).all(|x| x.abs() <= MODERATE);
-        if is_moderate { tame } else { 0 }
+        let fits = bounds.min.iter().chain(&bounds.max).all(|x| x.abs() <= SINGLE_PRECISION_RANGE);
+        if fits { fit } else { 0 }
     }
 
     /// The long way, for any ray.
     #[cold]
     #[inline(never)]
-    fn set_slowly(&mut self, rays: &RayPacket, set: u64, bounds: &Aabb, lean: Lean) {
+    fn set_slowly(&mut self, rays: &RayPacket, set: u64, bounds: &Aabb, bound: ErrorBound) {
         for at in (0..PACKET).filter(|at| set >> at & 1 == 1) {
             let ray = rays.ray(at);
-            let safe = SafeRay::new(&ray, bounds, lean);
-            if safe.needs_care() {
-                self.careful |= 1 << at;
+            let safe = SafeRay::new(&ray, bounds, bound);
+            if safe.needs_double_precision() {
+                self.in_double |= 1 << at;
                 continue;
             }
             for axis in 0..3 {

@@ -1,7 +1,7 @@
 //! A packet against its rays, one by one.
 
 use super::*;
-use crate::geometry::slab::Lean;
+use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Aabb, Affine, Ray, SafeRay, Sheared};
 use crate::simd::{Isa, Kernel, Level};
 use crate::wide::WideNode;
@@ -81,11 +81,11 @@ impl Kernel for Compare {
 
         // A box that a ray enters by itself is entered in the packet, and the interval does not rule it out.
         let mut entered = 0;
-        let planes = PacketPlanes::new(isa, &packet, set, &scene, Lean::TRIANGLES);
+        let planes = PacketPlanes::new(isa, &packet, set, &scene, ErrorBound::TRIANGLES);
         for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
-            let one = SafeRay::new(&ray, &scene, Lean::TRIANGLES);
-            assert_eq!(planes.careful >> at & 1 == 1, one.needs_care(), "seed {seed}, {ray:?}");
-            for axis in (0..3).filter(|_| !one.needs_care()) {
+            let one = SafeRay::new(&ray, &scene, ErrorBound::TRIANGLES);
+            assert_eq!(planes.in_double >> at & 1 == 1, one.needs_double_precision(), "seed {seed}, {ray:?}");
+            for axis in (0..3).filter(|_| !one.needs_double_precision()) {
                 let found = [&planes.near_scale, &planes.near_offset, &planes.far_scale, &planes.far_offset];
                 let expected = [one.near.scale, one.near.offset, one.far.scale, one.far.offset];
                 let (found, expected) = (found.map(|x| x[axis].get(at)), expected.map(|x| x[axis]));
@@ -101,7 +101,7 @@ impl Kernel for Compare {
                 node.set_box(lane, &Aabb::new(corner, [0, 1, 2].map(|axis| corner[axis] + size[axis])));
             }
             node.in_use = 0xff;
-            for alike in octants(set & !planes.careful, packet.negative) {
+            for alike in octants(set & !planes.in_double, packet.negative) {
                 let interval = Interval::new(isa, &packet, &planes, alike);
                 let (entries, exits) = interval.enter(isa, &node, f32::INFINITY);
                 let (mask, entries) = (isa.before8(entries, exits), isa.store8(entries));
@@ -109,7 +109,8 @@ impl Kernel for Compare {
                     let row = planes.enter(isa, (&node, lane), interval.sides, alike, &packet.t_min, &t_max);
                     for at in (0..PACKET).filter(|at| alike >> at & 1 == 1) {
                         let Some(ray) = sane[at] else { continue };
-                        let one = SafeRay::new(&ray, &scene, Lean::TRIANGLES).enter(&node.bounds(lane), ray.t_max);
+                        let one =
+                            SafeRay::new(&ray, &scene, ErrorBound::TRIANGLES).enter(&node.bounds(lane), ray.t_max);
                         // On the very edge of what a ray leans, levels may differ.
                         let clear = exactly_enters(&ray, &node.bounds(lane));
                         if clear {
