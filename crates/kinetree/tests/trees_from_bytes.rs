@@ -196,8 +196,8 @@ fn trace(tree_bytes: &[u8], mesh: &Mesh, rays: &[Ray]) -> usize {
         view.query().closest_hit_counted(ray, &mut works[0]);
         view.query().all_hits_counted(ray, &mut works[1]);
         view.query().occluded_counted(ray, &mut works[2]);
-        let is_bounded = |work: &Work| work.nodes <= nodes && work.leaves <= leaves && work.blocks <= blocks;
-        assert!(works.iter().all(is_bounded), "{works:?} in {nodes} nodes, {leaves} leaves, {blocks} blocks");
+        let has_valid_range = |work: &Work| work.nodes <= nodes && work.leaves <= leaves && work.blocks <= blocks;
+        assert!(works.iter().all(has_valid_range), "{works:?} in {nodes} nodes, {leaves} leaves, {blocks} blocks");
     }
     rays.iter().filter(|ray| view.closest_hit(ray).is_some()).count()
 }

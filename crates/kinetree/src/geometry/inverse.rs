@@ -205,7 +205,7 @@ impl DoubleInverse {
         let depth = depth(bounds, along);
         let margin = (depth + wide(bounds.extent()).max_element()) * 1e-3 + farthest(bounds).max_element() * 1e-6;
         let start = point + along * (along.dot(middle - point) - depth - margin);
-        let ray = Ray::new(start.as_vec3().into(), along.as_vec3().into()).sane()?;
+        let ray = Ray::new(start.as_vec3().into(), along.as_vec3().into()).validated()?;
         Some(LocalRay { ray, start: t, rate: 0.0 })
     }
 
@@ -231,7 +231,7 @@ impl DoubleInverse {
             return None;
         }
         let at = origin + direction * entry;
-        let ray = Ray::new(at.as_vec3().into(), direction.as_vec3().into()).sane()?;
+        let ray = Ray::new(at.as_vec3().into(), direction.as_vec3().into()).validated()?;
         Some(LocalRay { ray, start: entry, rate: 1.0 })
     }
 }

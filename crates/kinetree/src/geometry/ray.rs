@@ -49,15 +49,15 @@ impl Ray {
         (Vec3::from(self.origin) + Vec3::from(self.direction) * t).into()
     }
 
-    /// Whether its bounds are as [`Ray::sane`] leaves them.
+    /// Whether its bounds are as [`Ray::validated`] leaves them.
     #[inline(always)]
-    pub(crate) fn is_bounded(&self) -> bool {
+    pub(crate) fn has_valid_range(&self) -> bool {
         (self.t_min.to_bits() | self.t_max.to_bits()) >> 31 == 0 && self.t_min <= self.t_max
     }
 
     /// The ray as queries take it: `t_min` at least 0; `None` when nothing can be hit.
     #[inline(always)]
-    pub(crate) fn sane(&self) -> Option<Self> {
+    pub(crate) fn validated(&self) -> Option<Self> {
         let (origin, direction) = (Vec3A::from(self.origin), Vec3A::from(self.direction));
         let finite = origin.is_finite() && direction.is_finite();
         // A negative zero becomes a positive one, whose bits order like its value.

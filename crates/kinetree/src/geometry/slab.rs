@@ -100,7 +100,7 @@ pub(crate) struct Planes {
 }
 
 impl SafeRay {
-    /// For boxes all within `bounds`. The ray is as [`Ray::sane`] made it.
+    /// For boxes all within `bounds`. The ray is as [`Ray::validated`] made it.
     pub(crate) fn new(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Self {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
         let (roundings, origin_error) = (bound.roundings, bound.origin_error(origin.abs().max_element()));
@@ -210,7 +210,7 @@ mod tests {
     use super::*;
 
     fn enters(ray: &Ray, bounds: Aabb) -> Option<f32> {
-        SafeRay::new(&ray.sane().unwrap(), &bounds, ErrorBound::TRIANGLES).enter(&bounds, ray.t_max)
+        SafeRay::new(&ray.validated().unwrap(), &bounds, ErrorBound::TRIANGLES).enter(&bounds, ray.t_max)
     }
 
     #[test]

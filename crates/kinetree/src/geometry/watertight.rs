@@ -198,7 +198,7 @@ mod tests {
     const FLOOR: Triangle = Triangle { corners: [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]] };
 
     fn meets(ray: &Ray, triangle: &Triangle) -> Option<TriangleHit> {
-        Sheared::new(&ray.sane()?).hit(triangle, ray.t_min.max(0.0), ray.t_max)
+        Sheared::new(&ray.validated()?).hit(triangle, ray.t_min.max(0.0), ray.t_max)
     }
 
     #[test]

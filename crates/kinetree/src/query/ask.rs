@@ -68,11 +68,11 @@ impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
     fn run<I: Isa>(self, isa: I) -> G::Answer {
         // The ray is read where it stands; only one whose bounds have to be mended first is copied.
         let mended;
-        let ray = if self.ray.is_bounded() {
+        let ray = if self.ray.has_valid_range() {
             self.ray
         } else {
-            let Some(sane) = self.ray.sane() else { return G::Answer::default() };
-            mended = sane;
+            let Some(valid) = self.ray.validated() else { return G::Answer::default() };
+            mended = valid;
             &mended
         };
         let mut gather = G::within(ray.t_max);
@@ -121,7 +121,7 @@ fn apart<G: Gather, R>(gather: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
 #[cold]
 #[inline(never)]
 fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
-    Some(SafeRay::new(&ray.sane()?, bounds, bound))
+    Some(SafeRay::new(&ray.validated()?, bounds, bound))
 }
 
 #[cold]

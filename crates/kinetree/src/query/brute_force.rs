@@ -6,7 +6,7 @@ use super::{AllHits, Closest, Filter, Hit, Occluded};
 use crate::geometry::Ray;
 use crate::traverse::TwoLevel;
 
-/// Brings every hit of a sane ray to `gather`.
+/// Brings every hit of a valid ray to `gather`.
 pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, gather: &mut impl Gather) {
     for instance in 0..world.instances.len() as u32 {
         let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { continue };

@@ -204,7 +204,7 @@ pub struct BruteForce<'a>(Query<'a>);
 impl BruteForce<'_> {
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let ray = ray.sane()?;
+        let ray = ray.validated()?;
         match self.0.asked(1) {
             None => brute_force::closest(self.0.world, &ray, self.0.rules(NoFilter)),
             Some(filter) => brute_force::closest(self.0.world, &ray, self.0.rules(filter)),
@@ -213,7 +213,7 @@ impl BruteForce<'_> {
 
     /// Whether anything is hit.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let Some(ray) = ray.sane() else { return false };
+        let Some(ray) = ray.validated() else { return false };
         match self.0.asked(1) {
             None => brute_force::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
             Some(filter) => brute_force::occluded(self.0.world, &ray, self.0.rules(filter)),
@@ -222,7 +222,7 @@ impl BruteForce<'_> {
 
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
-        let Some(ray) = ray.sane() else { return Vec::new() };
+        let Some(ray) = ray.validated() else { return Vec::new() };
         match self.0.asked(1) {
             None => brute_force::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
             Some(filter) => brute_force::all_hits(self.0.world, &ray, self.0.rules(filter)),

@@ -91,9 +91,9 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
             let (rays, set) = if record.identity {
                 (self.rays, set)
             } else {
-                let (rays, sane) = self.rays.moved(isa, &record.object_from_world);
+                let (rays, valid) = self.rays.moved(isa, &record.object_from_world);
                 moved = rays;
-                (&moved, set & sane)
+                (&moved, set & valid)
             };
             let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
             self.alone |= planes.in_double;

@@ -113,7 +113,7 @@ mod tests {
         for i in 0..500 {
             let direction = [(i % 7) as f32 - 3.1, (i % 11) as f32 - 4.9, (i % 13) as f32 - 6.2];
             let ray = SafeRay::new(
-                &Ray::new([15.0, 18.0, 20.0], direction).sane().unwrap(),
+                &Ray::new([15.0, 18.0, 20.0], direction).validated().unwrap(),
                 &tree.bounds(),
                 ErrorBound::TRIANGLES,
             );

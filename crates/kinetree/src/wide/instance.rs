@@ -32,6 +32,6 @@ impl InstanceRecord {
         }
         let origin = self.object_from_world.transform_point(ray.origin);
         let direction = self.object_from_world.transform_vector(ray.direction);
-        Ray { origin, direction, ..*ray }.sane()
+        Ray { origin, direction, ..*ray }.validated()
     }
 }

@@ -57,11 +57,11 @@ impl Kernel for Compare {
         let scene = Aabb::new([-5.0, -6.0, -4.0], [5.0, 4.0, 7.0]);
         let rays = rays(seed);
         let (packet, set, t_max) = RayPacket::gather(isa, &rays);
-        let sane: Vec<Option<Ray>> = rays.iter().map(|ray| ray.sane()).collect();
-        assert!((0..PACKET).all(|at| sane[at].is_some() == (set >> at & 1 == 1)), "seed {seed}");
+        let valid: Vec<Option<Ray>> = rays.iter().map(|ray| ray.validated()).collect();
+        assert!((0..PACKET).all(|at| valid[at].is_some() == (set >> at & 1 == 1)), "seed {seed}");
 
         let sheared = ShearedPacket::new(isa, &packet);
-        for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
+        for (at, ray) in valid.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
             let one = Sheared::new(&ray);
             assert_eq!(sheared.of(at), (one.shear.map(f32::to_bits), one.t_scale.to_bits()), "seed {seed}, {ray:?}");
             let along = one.axes[2];
@@ -71,7 +71,7 @@ impl Kernel for Compare {
 
         let map = Affine::from_axis_angle([1.0, 2.0, -1.0], 1.1) * Affine::from_scale([2.0, -0.5, 3.0]);
         let (moved, moved_set) = packet.moved(isa, &map);
-        for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
+        for (at, ray) in valid.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
             let (origin, direction) = (map.transform_point(ray.origin), map.transform_vector(ray.direction));
             let same = |a: [f32; 3], b: [f32; 3]| a.map(f32::to_bits) == b.map(f32::to_bits);
             let there = moved.ray(at);
@@ -82,7 +82,7 @@ impl Kernel for Compare {
         // A box that a ray enters by itself is entered in the packet, and the interval does not rule it out.
         let mut entered = 0;
         let planes = PacketPlanes::new(isa, &packet, set, &scene, ErrorBound::TRIANGLES);
-        for (at, ray) in sane.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
+        for (at, ray) in valid.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
             let one = SafeRay::new(&ray, &scene, ErrorBound::TRIANGLES);
             assert_eq!(planes.in_double >> at & 1 == 1, one.needs_double_precision(), "seed {seed}, {ray:?}");
             for axis in (0..3).filter(|_| !one.needs_double_precision()) {
@@ -108,7 +108,7 @@ impl Kernel for Compare {
                 for lane in 0..8 {
                     let row = planes.enter(isa, (&node, lane), interval.sides, alike, &packet.t_min, &t_max);
                     for at in (0..PACKET).filter(|at| alike >> at & 1 == 1) {
-                        let Some(ray) = sane[at] else { continue };
+                        let Some(ray) = valid[at] else { continue };
                         let one =
                             SafeRay::new(&ray, &scene, ErrorBound::TRIANGLES).enter(&node.bounds(lane), ray.t_max);
                         // On the very edge of what a ray leans, levels may differ.
