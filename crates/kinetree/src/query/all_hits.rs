@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::Hit;
-use super::ask::Gather;
+use super::trace_ray::HitCollector;
 use crate::traverse::FrameStamp;
 
 /// Keeps all. A triangle that stands in several leaves is met more than once, and reported once.
@@ -12,7 +12,7 @@ pub(crate) struct AllHits {
     met: Vec<Hit>,
 }
 
-impl Gather for AllHits {
+impl HitCollector for AllHits {
     const ANY: bool = false;
     type Answer = Vec<Hit>;
 
@@ -37,7 +37,7 @@ impl Gather for AllHits {
         self.t_max
     }
 
-    fn take(&mut self, hit: Hit) -> ControlFlow<()> {
+    fn collect(&mut self, hit: Hit) -> ControlFlow<()> {
         self.met.push(hit);
         ControlFlow::Continue(())
     }

@@ -1,8 +1,8 @@
 //! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
 
-use super::ask::{Rules, gathered};
-use super::gather_rows::{Any, GatherRows, Nearest};
-use super::together::Together;
+use super::packet_collector::{Any, Nearest, PacketCollector};
+use super::trace_packet::TracePacket;
+use super::trace_ray::{Rules, trace_ray};
 use super::{Closest, Coherence, Filter, Hit, Occluded, Query, sort};
 use crate::geometry::Ray;
 use crate::simd::{Isa, Kernel, Level};
@@ -20,7 +20,7 @@ pub(super) fn closest_hits<F: Filter>(
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), hits.len(), "one hit per ray");
-    let alone = |number: usize, ray: &Ray| gathered::<F, Closest, ()>(world, ray, rules.for_ray(number), &mut ());
+    let alone = |number: usize, ray: &Ray| trace_ray::<F, Closest, ()>(world, ray, rules.for_ray(number), &mut ());
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).closest_hit_counted(ray, work);
     each(world, rays, rules, hits, coherence, (alone, sampled), Nearest::new);
 }
@@ -37,13 +37,13 @@ pub(super) fn occluded_each<F: Filter>(
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), answers.len(), "one answer per ray");
-    let alone = |number: usize, ray: &Ray| gathered::<F, Occluded, ()>(world, ray, rules.for_ray(number), &mut ());
+    let alone = |number: usize, ray: &Ray| trace_ray::<F, Occluded, ()>(world, ray, rules.for_ray(number), &mut ());
     let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
     each(world, rays, rules, answers, coherence, (alone, sampled), Any::new);
 }
 
 /// `alone` answers for the ray of a number; `sampled` traces one for what it costs, without any rules.
-fn each<F: Filter, G: GatherRows>(
+fn each<F: Filter, G: PacketCollector>(
     world: &TwoLevel,
     rays: &[Ray],
     rules: Rules<F>,
@@ -57,7 +57,7 @@ fn each<F: Filter, G: GatherRows>(
             for (packet, (rays, answers)) in rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)).enumerate() {
                 let first = packet * PACKET;
                 let (within, answered) = (&within, &mut *answers);
-                let left = world.level.run(Together { world, rays, rules, first, answers: answered, within });
+                let left = world.level.run(TracePacket { world, rays, rules, first, answers: answered, within });
                 for at in (0..rays.len()).filter(|at| left >> at & 1 == 1) {
                     answers[at] = alone(first + at, &rays[at]);
                 }

@@ -1,19 +1,19 @@
 //! The slow twin of every question: look at every triangle of every instance. No tree, no box.
 
-use super::ask::{Gather, Rules};
 use super::in_double::RayInInstance;
+use super::trace_ray::{HitCollector, Rules};
 use super::{AllHits, Closest, Filter, Hit, Occluded};
 use crate::geometry::Ray;
 use crate::traverse::TwoLevel;
 
 /// Brings every hit of a valid ray to `gather`.
-pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, gather: &mut impl Gather) {
+pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, collector: &mut impl HitCollector) {
     for instance in 0..world.instances.len() as u32 {
         let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { continue };
         let sheared = ray.sheared();
         for primitive in 0..ray.mesh().triangles.len() as u32 {
-            let Some(hit) = ray.hit(&sheared, primitive, gather.t_max()) else { continue };
-            if gather.take(hit).is_break() {
+            let Some(hit) = ray.hit(&sheared, primitive, collector.t_max()) else { continue };
+            if collector.take(hit).is_break() {
                 return;
             }
         }

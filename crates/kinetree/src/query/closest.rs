@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::Hit;
-use super::ask::Gather;
+use super::trace_ray::HitCollector;
 use crate::traverse::FrameStamp;
 
 /// The nearest hit so far; at equal distance the one with the smaller (instance, primitive).
@@ -12,7 +12,7 @@ pub(crate) struct Closest {
     hit: Option<Hit>,
 }
 
-impl Gather for Closest {
+impl HitCollector for Closest {
     const ANY: bool = false;
     type Answer = Option<Hit>;
 
@@ -32,7 +32,7 @@ impl Gather for Closest {
     }
 
     #[inline(always)]
-    fn take(&mut self, hit: Hit) -> ControlFlow<()> {
+    fn collect(&mut self, hit: Hit) -> ControlFlow<()> {
         if self.hit.is_none_or(|best| hit.key() < best.key()) {
             self.t_max = hit.t;
             self.hit = Some(hit);

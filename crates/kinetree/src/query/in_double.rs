@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use super::ask::{Gather, Rules};
+use super::trace_ray::{HitCollector, Rules};
 use super::{Filter, Hit};
 use crate::geometry::inverse::LocalRay;
 use crate::geometry::slab::{ErrorBound, SafeRay};
@@ -80,18 +80,18 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
 /// Goes through the tree of an instance that is entered in double precision.
 #[cold]
 #[inline(never)]
-pub(super) fn enter<F: Filter, G: Gather, T: Tally>(
+pub(super) fn enter<F: Filter, G: HitCollector, T: Tally>(
     world: &TwoLevel,
     ray: &Ray,
     instance: u32,
     rules: Rules<F>,
-    gather: &mut G,
+    collector: &mut G,
     tally: &mut T,
 ) -> ControlFlow<()> {
     let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { return ControlFlow::Continue(()) };
     let tree = ray.mesh.bvh.tree();
     let safe = SafeRay::new(&ray.local, tree.around(), ErrorBound::TRIANGLES);
-    let mut visitor = OneByOne { sheared: ray.sheared(), ray: &ray, gather, done: ControlFlow::Continue(()) };
+    let mut visitor = OneByOne { sheared: ray.sheared(), ray: &ray, collector, done: ControlFlow::Continue(()) };
     walk_wide(Scalar, tree, DoublePrecisionRay(&safe), &mut visitor, tally);
     visitor.done
 }
@@ -99,15 +99,15 @@ pub(super) fn enter<F: Filter, G: Gather, T: Tally>(
 struct OneByOne<'a, F, G> {
     ray: &'a RayInInstance<'a, F>,
     sheared: Sheared,
-    gather: &'a mut G,
+    collector: &'a mut G,
     done: ControlFlow<()>,
 }
 
-impl<F: Filter, G: Gather, T: Tally> WideVisitor<Scalar, T> for OneByOne<'_, F, G> {
+impl<F: Filter, G: HitCollector, T: Tally> WideVisitor<Scalar, T> for OneByOne<'_, F, G> {
     const ANY: bool = G::ANY;
 
     fn t_max(&self) -> f32 {
-        self.ray.local_t_max(self.gather.t_max())
+        self.ray.local_t_max(self.collector.t_max())
     }
 
     fn leaf(&mut self, _: Scalar, link: WideLink, tally: &mut T) -> ControlFlow<()> {
@@ -115,8 +115,8 @@ impl<F: Filter, G: Gather, T: Tally> WideVisitor<Scalar, T> for OneByOne<'_, F, 
             let block = self.ray.mesh.bvh.block(item);
             tally.block(block.count);
             for &primitive in &block.primitives[..block.count as usize] {
-                if let Some(hit) = self.ray.hit(&self.sheared, primitive, self.gather.t_max()) {
-                    self.done = self.gather.take(hit);
+                if let Some(hit) = self.ray.hit(&self.sheared, primitive, self.collector.t_max()) {
+                    self.done = self.collector.take(hit);
                     self.done?;
                 }
             }

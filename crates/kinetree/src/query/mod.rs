@@ -3,19 +3,19 @@
 //! `brute_force` answers the same questions by looking at every triangle: the slow twin that everything is compared with.
 
 mod all_hits;
-mod ask;
+mod trace_ray;
 mod batch;
 mod brute_force;
 mod candidate;
 mod closest;
-mod gather_rows;
+mod packet_collector;
 mod hit;
 mod in_double;
 mod occluded;
 mod options;
 #[doc(hidden)]
 pub mod sort;
-mod together;
+mod trace_packet;
 mod without;
 
 pub use candidate::Candidate;

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::Hit;
-use super::ask::Gather;
+use super::trace_ray::HitCollector;
 use crate::traverse::FrameStamp;
 
 /// Ends at the first hit.
@@ -12,7 +12,7 @@ pub(crate) struct Occluded {
     found: bool,
 }
 
-impl Gather for Occluded {
+impl HitCollector for Occluded {
     const ANY: bool = true;
     type Answer = bool;
 

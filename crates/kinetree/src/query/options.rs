@@ -1,7 +1,7 @@
 //! What belongs to a question besides the ray.
 
-use super::ask::{Gather, Rules, gathered};
 use super::candidate::DynFilter;
+use super::trace_ray::{HitCollector, Rules, trace_ray};
 use super::without::Without;
 use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, brute_force};
 use crate::geometry::Ray;
@@ -189,10 +189,10 @@ impl<'a> Query<'a> {
     }
 
     #[inline(always)]
-    fn gather<G: Gather, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
+    fn gather<G: HitCollector, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
         match self.asked(1) {
-            None => gathered::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
-            Some(filter) => gathered::<_, G, T>(self.world, ray, self.rules(filter), tally),
+            None => trace_ray::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
+            Some(filter) => trace_ray::<_, G, T>(self.world, ray, self.rules(filter), tally),
         }
     }
 }

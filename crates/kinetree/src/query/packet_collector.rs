@@ -6,7 +6,7 @@ use crate::simd::Isa;
 use crate::traverse::{Column, FrameStamp, RowHits};
 
 /// What a question does with the hits of a packet.
-pub(super) trait GatherRows {
+pub(super) trait PacketCollector {
     /// Of each ray.
     type Answer;
 
@@ -51,7 +51,7 @@ impl Nearest {
     }
 }
 
-impl GatherRows for Nearest {
+impl PacketCollector for Nearest {
     type Answer = Option<Hit>;
 
     const ANY: bool = false;
@@ -120,7 +120,7 @@ impl Any {
     }
 }
 
-impl GatherRows for Any {
+impl PacketCollector for Any {
     type Answer = bool;
 
     const ANY: bool = true;

@@ -14,7 +14,7 @@ use crate::traverse::{
 use crate::wide::{InstanceRecord, WideLink};
 
 /// What a question does with hits.
-pub(crate) trait Gather {
+pub(crate) trait HitCollector {
     /// Whether any hit will do.
     const ANY: bool;
 
@@ -31,7 +31,7 @@ pub(crate) trait Gather {
     fn t_max(&self) -> f32;
 
     /// A hit that counts. `Break` when no other is needed.
-    fn take(&mut self, hit: Hit) -> ControlFlow<()>;
+    fn collect(&mut self, hit: Hit) -> ControlFlow<()>;
 }
 
 /// Which hits count.
@@ -44,24 +44,24 @@ pub(crate) struct Rules<F> {
 
 /// What is gathered of the hits of a ray, each of which is brought at least once, in no particular order.
 #[inline(always)]
-pub(super) fn gathered<F: Filter, G: Gather, T: Tally>(
+pub(super) fn trace_ray<F: Filter, G: HitCollector, T: Tally>(
     world: &TwoLevel,
     ray: &Ray,
     rules: Rules<F>,
     tally: &mut T,
 ) -> G::Answer {
-    world.level.run(Ask::<F, G, T> { world, ray, rules, tally, gather: PhantomData })
+    world.level.run(TraceRay::<F, G, T> { world, ray, rules, tally, collector: PhantomData })
 }
 
-struct Ask<'a, F, G, T> {
+struct TraceRay<'a, F, G, T> {
     world: &'a TwoLevel,
     ray: &'a Ray,
     rules: Rules<F>,
     tally: &'a mut T,
-    gather: PhantomData<G>,
+    collector: PhantomData<G>,
 }
 
-impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
+impl<F: Filter, G: HitCollector, T: Tally> Kernel for TraceRay<'_, F, G, T> {
     type Output = G::Answer;
 
     #[inline(always)]
@@ -75,16 +75,20 @@ impl<F: Filter, G: Gather, T: Tally> Kernel for Ask<'_, F, G, T> {
             mended = valid;
             &mended
         };
-        let mut gather = G::within(ray.t_max);
-        let visitor = InWorld { world: self.world, ray, rules: self.rules, gather: &mut gather };
+        let mut collector = G::within(ray.t_max);
+        let visitor = TopLevelVisitor { world: self.world, ray, rules: self.rules, collector: &mut collector };
         through_world(isa, visitor, self.tally);
-        gather.answer(self.world.stamp)
+        collector.answer(self.world.stamp)
     }
 }
 
 /// Goes through the top level.
 #[inline(always)]
-fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: InWorld<'_, F, G>, tally: &mut T) {
+fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
+    isa: I,
+    mut visitor: TopLevelVisitor<'_, F, G>,
+    tally: &mut T,
+) {
     let (top, ray) = (&visitor.world.top, visitor.ray);
     if top.instances().len() == 1 {
         // The boxes in the root of its mesh say as much as its own.
@@ -97,8 +101,8 @@ fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: In
         Some(lanes) => lanes,
         None => match safe(ray, tree.around(), bound) {
             Some(safe) if safe.needs_double_precision() => {
-                return apart(visitor.gather, |gather| {
-                    in_double_precision(InWorld { gather, ..visitor }, &safe, tally)
+                return apart(visitor.collector, |collector| {
+                    in_double_precision(TopLevelVisitor { collector, ..visitor }, &safe, tally)
                 });
             }
             Some(safe) => RayLanes::of(isa, &quads, &safe),
@@ -110,8 +114,8 @@ fn through_world<I: Isa, F: Filter, G: Gather, T: Tally>(isa: I, mut visitor: In
 
 /// Does something rare to what is gathered, while it stands elsewhere: otherwise it could not stay in registers.
 #[inline(always)]
-fn apart<G: Gather, R>(gather: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
-    let mut elsewhere = replace(gather, G::within(0.0));
+fn apart<G: HitCollector, R>(collector: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
+    let mut elsewhere = replace(collector, G::within(0.0));
     let out = work(&mut elsewhere);
     *gather = elsewhere;
     out
@@ -126,23 +130,27 @@ fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
 
 #[cold]
 #[inline(never)]
-fn carefully<F: Filter, G: Gather, T: Tally>(mut visitor: InWorld<'_, F, G>, safe: &SafeRay, tally: &mut T) {
+fn carefully<F: Filter, G: HitCollector, T: Tally>(
+    mut visitor: TopLevelVisitor<'_, F, G>,
+    safe: &SafeRay,
+    tally: &mut T,
+) {
     walk_wide(Scalar, visitor.world.top.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
 }
 
-struct InWorld<'a, F, G> {
+struct TopLevelVisitor<'a, F, G> {
     world: &'a TwoLevel,
     ray: &'a Ray,
     rules: Rules<F>,
-    gather: &'a mut G,
+    collector: &'a mut G,
 }
 
-impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F, G> {
+impl<I: Isa, F: Filter, G: HitCollector, T: Tally> WideVisitor<I, T> for TopLevelVisitor<'_, F, G> {
     const ANY: bool = G::ANY;
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        self.gather.t_max()
+        self.collector.t_max()
     }
 
     #[inline(always)]
@@ -156,7 +164,7 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
             tally.instance();
             if record.in_double {
                 let (world, ray, rules) = (self.world, self.ray, self.rules);
-                apart(self.gather, |gather| in_double::enter(world, ray, instance, rules, gather, tally))?;
+                apart(self.collector, |collector| in_double::enter(world, ray, instance, rules, collector, tally))?;
                 continue;
             }
             match self.world.meshes[record.mesh as usize].precision {
@@ -168,7 +176,7 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally> WideVisitor<I, T> for InWorld<'_, F
     }
 }
 
-impl<F: Filter, G: Gather> InWorld<'_, F, G> {
+impl<F: Filter, G: HitCollector> TopLevelVisitor<'_, F, G> {
     /// Goes through the tree of the mesh that stands there.
     #[inline(always)]
     fn enter<I: Isa, T: Tally, const WATERTIGHT: bool>(
@@ -190,36 +198,40 @@ impl<F: Filter, G: Gather> InWorld<'_, F, G> {
             Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::in_range(isa, &quads, &ray.local)),
             None => match safe(&ray.local, tree.around(), ErrorBound::TRIANGLES) {
                 Some(safe) if safe.needs_double_precision() => {
-                    return apart(self.gather, |gather| {
-                        ray.in_double_precision::<G, T, WATERTIGHT>(&safe, gather, tally)
+                    return apart(self.collector, |collector| {
+                        ray.in_double_precision::<G, T, WATERTIGHT>(&safe, collector, tally)
                     });
                 }
                 Some(safe) => (RayLanes::of(isa, &quads, &safe), ShearedLanes::new(isa, &ray.local)),
                 None => return ControlFlow::Continue(()),
             },
         };
-        let mut visitor =
-            InMesh { ray: &ray, lanes: sheared, gather: &mut *self.gather, done: ControlFlow::Continue(()) };
+        let mut visitor = BottomLevelVisitor {
+            ray: &ray,
+            lanes: sheared,
+            collector: &mut *self.collector,
+            done: ControlFlow::Continue(()),
+        };
         walk_wide(isa, tree, lanes, &mut visitor, tally);
         visitor.done
     }
 }
 
-struct InMesh<'a, I: Isa, F, G, const WATERTIGHT: bool> {
+struct BottomLevelVisitor<'a, I: Isa, F, G, const WATERTIGHT: bool> {
     ray: &'a RayInMesh<'a, F>,
     lanes: ShearedLanes<'a, I, WATERTIGHT>,
-    gather: &'a mut G,
+    collector: &'a mut G,
     done: ControlFlow<()>,
 }
 
-impl<I: Isa, F: Filter, G: Gather, T: Tally, const WATERTIGHT: bool> WideVisitor<I, T>
-    for InMesh<'_, I, F, G, WATERTIGHT>
+impl<I: Isa, F: Filter, G: HitCollector, T: Tally, const WATERTIGHT: bool> WideVisitor<I, T>
+    for BottomLevelVisitor<'_, I, F, G, WATERTIGHT>
 {
     const ANY: bool = G::ANY;
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        self.gather.t_max()
+        self.collector.t_max()
     }
 
     #[inline(always)]
@@ -227,15 +239,15 @@ impl<I: Isa, F: Filter, G: Gather, T: Tally, const WATERTIGHT: bool> WideVisitor
         for item in link.item_index()..link.item_index() + link.item_count() {
             let block = self.ray.mesh.bvh.block(item);
             tally.block(block.count);
-            let hits = self.lanes.hits(isa, block, self.gather.t_max());
+            let hits = self.lanes.hits(isa, block, self.collector.t_max());
             let mut mask = hits.mask;
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize & 3;
                 mask &= mask - 1;
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
                 // Another lane may have come nearer meanwhile.
-                if hit.t.is_finite() && hit.t <= self.gather.t_max() && self.ray.counts(&hit, primitive) {
-                    self.done = self.gather.take(Hit::new(&hit, primitive, self.ray.instance));
+                if hit.t.is_finite() && hit.t <= self.collector.t_max() && self.ray.counts(&hit, primitive) {
+                    self.done = self.collector.collect(Hit::new(&hit, primitive, self.ray.instance));
                     self.done?;
                 }
             }
@@ -261,14 +273,14 @@ impl<F: Filter> RayInMesh<'_, F> {
 
     #[cold]
     #[inline(never)]
-    fn carefully<G: Gather, T: Tally, const WATERTIGHT: bool>(
+    fn carefully<G: HitCollector, T: Tally, const WATERTIGHT: bool>(
         &self,
         safe: &SafeRay,
-        gather: &mut G,
+        collector: &mut G,
         tally: &mut T,
     ) -> ControlFlow<()> {
         let lanes = ShearedLanes::<Scalar, WATERTIGHT>::new(Scalar, &self.local);
-        let mut visitor = InMesh { ray: self, lanes, gather, done: ControlFlow::Continue(()) };
+        let mut visitor = BottomLevelVisitor { ray: self, lanes, collector, done: ControlFlow::Continue(()) };
         walk_wide(Scalar, self.mesh.bvh.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
         visitor.done
     }

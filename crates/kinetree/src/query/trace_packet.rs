@@ -1,7 +1,7 @@
 //! A packet's way through both levels.
 
-use super::ask::Rules;
-use super::gather_rows::GatherRows;
+use super::packet_collector::PacketCollector;
+use super::trace_ray::Rules;
 use super::{Cull, Filter};
 use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Precision, Ray, TriangleHit, exact};
@@ -13,7 +13,7 @@ use crate::traverse::{
 use crate::wide::{InstanceRecord, TriangleBlock, WideLink};
 
 /// Answers a packet, and says which rays are still to be asked alone.
-pub(super) struct Together<'a, F, G: GatherRows, W> {
+pub(super) struct TracePacket<'a, F, G: PacketCollector, W> {
     pub(super) world: &'a TwoLevel,
     pub(super) rays: &'a [Ray],
     pub(super) rules: Rules<F>,
@@ -23,15 +23,21 @@ pub(super) struct Together<'a, F, G: GatherRows, W> {
     pub(super) within: &'a W,
 }
 
-impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G, W> {
+impl<F: Filter, G: PacketCollector, W: Fn(Column) -> G> Kernel for TracePacket<'_, F, G, W> {
     type Output = u64;
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u64 {
         let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
         let gather = (self.within)(t_max);
-        let mut visitor =
-            InWorld { world: self.world, rays: &rays, rules: self.rules, first: self.first, gather, alone: 0 };
+        let mut visitor = TopLevelVisitor {
+            world: self.world,
+            rays: &rays,
+            rules: self.rules,
+            first: self.first,
+            collector,
+            alone: 0,
+        };
         if self.world.top.instances().len() == 1 {
             // The boxes in the root of its mesh say as much as its own.
             visitor.leaf(isa, WideLink::items(0..1), set);
@@ -45,28 +51,28 @@ impl<F: Filter, G: GatherRows, W: Fn(Column) -> G> Kernel for Together<'_, F, G,
             }
         }
         for (at, answer) in self.answers.iter_mut().enumerate() {
-            *answer = visitor.gather.answer(at, self.world.stamp);
+            *answer = visitor.collector.answer(at, self.world.stamp);
         }
         visitor.alone
     }
 }
 
-pub(super) struct InWorld<'a, F, G> {
+pub(super) struct TopLevelVisitor<'a, F, G> {
     world: &'a TwoLevel,
     pub(super) rays: &'a RayPacket,
     rules: Rules<F>,
     first: usize,
-    pub(super) gather: G,
+    pub(super) collector: G,
     /// Rays that only double precision does justice, somewhere.
     pub(super) alone: u64,
 }
 
-impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
+impl<I: Isa, F: Filter, G: PacketCollector> PacketVisitor<I> for TopLevelVisitor<'_, F, G> {
     const ANY: bool = G::ANY;
 
     #[inline(always)]
     fn t_max(&self) -> &Column {
-        self.gather.t_max()
+        self.collector.t_max()
     }
 
     #[inline(always)]
@@ -98,11 +104,17 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
             let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
             self.alone |= planes.in_double;
             let sheared = ShearedPacket::new(isa, rays);
-            let in_mesh = InMesh::<F, G, true> { rays, sheared: &sheared, mesh, counts, gather: &mut self.gather };
+            let bottom_level = BottomLevelVisitor::<F, G, true> {
+                rays,
+                sheared: &sheared,
+                mesh,
+                counts,
+                collector: &mut self.collector,
+            };
             let set = set & !planes.in_double;
             match mesh.precision {
-                Precision::Watertight => in_mesh.walk(isa, &planes, set),
-                Precision::Fast => in_mesh.in_single_precision().walk(isa, &planes, set),
+                Precision::Watertight => bottom_level.walk(isa, &planes, set),
+                Precision::Fast => bottom_level.in_single_precision().walk(isa, &planes, set),
             }
         }
         true
@@ -112,20 +124,22 @@ impl<I: Isa, F: Filter, G: GatherRows> PacketVisitor<I> for InWorld<'_, F, G> {
 /// So few rays are tested against four triangles at a time each, instead of sixteen against one.
 const FEW: u32 = 6;
 
-struct InMesh<'a, F, G, const WATERTIGHT: bool> {
+struct BottomLevelVisitor<'a, F, G, const WATERTIGHT: bool> {
     rays: &'a RayPacket,
     sheared: &'a ShearedPacket,
     mesh: &'a Posed,
     counts: Counts<'a, F>,
-    gather: &'a mut G,
+    collector: &'a mut G,
 }
 
-impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> for InMesh<'_, F, G, WATERTIGHT> {
+impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisitor<I>
+    for BottomLevelVisitor<'_, F, G, WATERTIGHT>
+{
     const ANY: bool = G::ANY;
 
     #[inline(always)]
     fn t_max(&self) -> &Column {
-        self.gather.t_max()
+        self.collector.t_max()
     }
 
     #[inline(always)]
@@ -164,7 +178,7 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
                             axes,
                             (&corners, block.extents()[lane & 3]),
                             (row, lanes),
-                            self.gather.t_max(),
+                            self.collector.t_max(),
                         );
                         if hits.lanes | hits.unsure == 0 {
                             continue;
@@ -172,7 +186,7 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
                         is_nearer = true;
                         hits.lanes = self.counts.of(isa, row, &hits, primitive);
                         if hits.lanes != 0 {
-                            self.gather.take(isa, row, &hits, primitive, self.counts.instance);
+                            self.collector.take(isa, row, &hits, primitive, self.counts.instance);
                         }
                         if hits.unsure != 0 {
                             self.test_exactly(row, hits.unsure, primitive);
@@ -185,10 +199,10 @@ impl<I: Isa, F: Filter, G: GatherRows, const WATERTIGHT: bool> PacketVisitor<I> 
     }
 }
 
-impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATERTIGHT> {
-    fn in_single_precision(self) -> InMesh<'a, F, G, false> {
-        let Self { rays, sheared, mesh, counts, gather } = self;
-        InMesh { rays, sheared, mesh, counts, gather }
+impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisitor<'a, F, G, WATERTIGHT> {
+    fn in_single_precision(self) -> BottomLevelVisitor<'a, F, G, false> {
+        let Self { rays, sheared, mesh, counts, collector } = self;
+        BottomLevelVisitor { rays, sheared, mesh, counts, collector }
     }
 
     #[inline(always)]
@@ -210,7 +224,7 @@ impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATE
             let hits = self.sheared.alone::<I, WATERTIGHT>(isa, ray, &local, axes).hits(
                 isa,
                 block,
-                self.gather.t_max().get(ray),
+                self.collector.t_max().get(ray),
             );
             let mut mask = hits.mask;
             while mask != 0 {
@@ -219,7 +233,7 @@ impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATE
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
                 if hit.t.is_finite() && self.counts.one(ray, &hit, primitive) {
                     is_nearer = true;
-                    self.gather.take_one(ray, &hit, primitive, self.counts.instance);
+                    self.collector.take_one(ray, &hit, primitive, self.counts.instance);
                 }
             }
         }
@@ -232,9 +246,9 @@ impl<'a, F: Filter, G: GatherRows, const WATERTIGHT: bool> InMesh<'a, F, G, WATE
         for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
             let local = self.rays.ray(ray);
             let triangle = self.mesh.triangles.get(primitive);
-            let hit = exact::hit(&local, &triangle, local.t_min, self.gather.t_max().get(ray));
+            let hit = exact::hit(&local, &triangle, local.t_min, self.collector.t_max().get(ray));
             if let Some(hit) = hit.filter(|hit| self.counts.one(ray, hit, primitive)) {
-                self.gather.take_one(ray, &hit, primitive, self.counts.instance);
+                self.collector.take_one(ray, &hit, primitive, self.counts.instance);
             }
         }
     }
