@@ -101,7 +101,7 @@ fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
         Some(lanes) => lanes,
         None => match safe(ray, tree.around(), bound) {
             Some(safe) if safe.needs_double_precision() => {
-                return apart(visitor.collector, |collector| {
+                return with_spilled_state(visitor.collector, |collector| {
                     in_double_precision(TopLevelVisitor { collector, ..visitor }, &safe, tally)
                 });
             }
@@ -114,7 +114,7 @@ fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
 
 /// Does something rare to what is gathered, while it stands elsewhere: otherwise it could not stay in registers.
 #[inline(always)]
-fn apart<G: HitCollector, R>(collector: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
+fn with_spilled_state<G: HitCollector, R>(collector: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
     let mut elsewhere = replace(collector, G::within(0.0));
     let out = work(&mut elsewhere);
     *gather = elsewhere;
@@ -164,7 +164,9 @@ impl<I: Isa, F: Filter, G: HitCollector, T: Tally> WideVisitor<I, T> for TopLeve
             tally.instance();
             if record.in_double {
                 let (world, ray, rules) = (self.world, self.ray, self.rules);
-                apart(self.collector, |collector| in_double::enter(world, ray, instance, rules, collector, tally))?;
+                with_spilled_state(self.collector, |collector| {
+                    in_double::enter(world, ray, instance, rules, collector, tally)
+                })?;
                 continue;
             }
             match self.world.meshes[record.mesh as usize].precision {
@@ -198,7 +200,7 @@ impl<F: Filter, G: HitCollector> TopLevelVisitor<'_, F, G> {
             Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::in_range(isa, &quads, &ray.local)),
             None => match safe(&ray.local, tree.around(), ErrorBound::TRIANGLES) {
                 Some(safe) if safe.needs_double_precision() => {
-                    return apart(self.collector, |collector| {
+                    return with_spilled_state(self.collector, |collector| {
                         ray.in_double_precision::<G, T, WATERTIGHT>(&safe, collector, tally)
                     });
                 }
