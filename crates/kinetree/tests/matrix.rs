@@ -6,7 +6,7 @@ use std::ops::{ControlFlow, Range};
 
 use common::{QUALITIES, Random, World, rays, rebuilt, tile, worlds};
 use kinetree::build::{self, BuildOptions};
-use kinetree::geometry::{Sheared, Triangles};
+use kinetree::geometry::{Triangles, WatertightRay};
 use kinetree::simd::Level;
 use kinetree::traverse::{Visitor, walk};
 use kinetree::{Aabb, Affine, Bvh, Candidate, Coherence, Cull, Hit, MeshBvh, Query, Ray, Snapshot, Work};
@@ -139,7 +139,7 @@ fn masks_culling_and_filters_hold_for_every_quality_and_level() {
 /// Every hit on the way through a binary tree. Boxes are entered generously, so that the tree and its walk are on trial and not this.
 struct Hits<'a> {
     ray: Ray,
-    sheared: Sheared,
+    sheared: WatertightRay,
     tree: &'a Bvh,
     triangles: &'a Triangles,
     found: Vec<(u32, u32)>,
@@ -221,7 +221,7 @@ fn every_builder_and_layout_is_valid_and_walks_of_binary_trees_find_every_hit() 
             assert_eq!(wide.validate(), Ok(()), "{what}");
             assert_eq!(wide.primitive_count(), triangles.len(), "{what}");
             for Truth { ray, all, .. } in &truths {
-                let sheared = Sheared::new(ray);
+                let sheared = WatertightRay::new(ray);
                 let mut visitor = Hits { ray: *ray, sheared, tree: &tree, triangles: &triangles, found: Vec::new() };
                 walk(&tree, &mut visitor, &mut ());
                 visitor.found.sort_unstable();

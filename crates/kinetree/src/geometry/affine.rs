@@ -230,8 +230,8 @@ mod tests {
         assert_eq!(Affine::from_scale([1.0, 0.0, 1.0]).inverse(), None);
         assert_eq!(Affine::from_scale([0.0; 3]).inverse(), None);
         assert_eq!(Affine::from_scale([1e-39; 3]).inverse(), None);
-        let sheared = Affine { y_axis: [1.0, 1e-9, 0.0], ..Affine::IDENTITY };
-        assert_eq!(sheared.inverse(), None);
+        let watertight = Affine { y_axis: [1.0, 1e-9, 0.0], ..Affine::IDENTITY };
+        assert_eq!(watertight.inverse(), None);
         assert!(Affine::from_scale([1e-6, 1e6, 1.0]).inverse().is_some());
     }
 

@@ -28,7 +28,7 @@ pub(crate) use watertight::{
     DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
     MOST_DISTANCE_ERROR, OTHERS, REACH, SLOPE_BY_SIZE,
 };
-pub use watertight::{Sheared, TriangleHit};
+pub use watertight::{TriangleHit, WatertightRay};
 
 /// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.
 pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;

@@ -14,7 +14,7 @@ use super::{DISTANCE_ERROR, Ray, Triangle, UNIT_ROUNDOFF, exact};
 
 /// A ray that has become an axis.
 #[derive(Debug, Clone, Copy)]
-pub struct Sheared {
+pub struct WatertightRay {
     ray: Ray,
     /// The axes in the order x, y, z of the sheared space; z is the largest of the direction.
     pub(crate) axes: [usize; 3],
@@ -41,7 +41,7 @@ pub struct TriangleHit {
 pub(crate) const OTHERS: [[[usize; 2]; 2]; 4] =
     [[[1, 2], [2, 1]], [[2, 0], [0, 2]], [[0, 1], [1, 0]], [[0, 1], [1, 0]]];
 
-impl Sheared {
+impl WatertightRay {
     /// Of a ray whose direction is zero or not finite, nothing will come of it: it meets no triangle.
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
@@ -198,7 +198,7 @@ mod tests {
     const FLOOR: Triangle = Triangle { corners: [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]] };
 
     fn meets(ray: &Ray, triangle: &Triangle) -> Option<TriangleHit> {
-        Sheared::new(&ray.validated()?).hit(triangle, ray.t_min.max(0.0), ray.t_max)
+        WatertightRay::new(&ray.validated()?).hit(triangle, ray.t_min.max(0.0), ray.t_max)
     }
 
     #[test]

@@ -10,9 +10,9 @@ use crate::traverse::TwoLevel;
 pub(crate) fn look(world: &TwoLevel, ray: &Ray, rules: Rules<impl Filter>, collector: &mut impl HitCollector) {
     for instance in 0..world.instances.len() as u32 {
         let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { continue };
-        let sheared = ray.sheared();
+        let watertight = ray.sheared();
         for primitive in 0..ray.mesh().triangles.len() as u32 {
-            let Some(hit) = ray.hit(&sheared, primitive, collector.t_max()) else { continue };
+            let Some(hit) = ray.hit(&watertight, primitive, collector.t_max()) else { continue };
             if collector.take(hit).is_break() {
                 return;
             }

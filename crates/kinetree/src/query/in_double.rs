@@ -10,7 +10,7 @@ use super::trace_ray::{HitCollector, Rules};
 use super::{Filter, Hit};
 use crate::geometry::inverse::LocalRay;
 use crate::geometry::slab::{ErrorBound, SafeRay};
-use crate::geometry::{Precision, Ray, Sheared};
+use crate::geometry::{Precision, Ray, WatertightRay};
 use crate::simd::Scalar;
 use crate::traverse::{DoublePrecisionRay, Posed, Tally, TwoLevel, WideVisitor, walk_wide};
 use crate::wide::{InstanceRecord, WideLink};
@@ -48,8 +48,8 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
         self.mesh
     }
 
-    pub(crate) fn sheared(&self) -> Sheared {
-        Sheared::new(&self.local)
+    pub(crate) fn sheared(&self) -> WatertightRay {
+        WatertightRay::new(&self.local)
     }
 
     /// Hits beyond this along the local ray are beyond `t_max` in the world.
@@ -59,12 +59,12 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
 
     /// The hit of one triangle, if it counts.
     #[inline]
-    pub(crate) fn hit(&self, sheared: &Sheared, primitive: u32, t_max: f32) -> Option<Hit> {
+    pub(crate) fn hit(&self, watertight: &WatertightRay, primitive: u32, t_max: f32) -> Option<Hit> {
         let triangle = self.mesh.triangles.get(primitive);
         let local_t_max = self.local_t_max(t_max);
         let mut hit = match self.mesh.precision {
-            Precision::Watertight => sheared.hit(&triangle, self.local.t_min, local_t_max)?,
-            Precision::Fast => sheared.hit_fast(&triangle, self.local.t_min, local_t_max)?,
+            Precision::Watertight => watertight.hit(&triangle, self.local.t_min, local_t_max)?,
+            Precision::Fast => watertight.hit_fast(&triangle, self.local.t_min, local_t_max)?,
         };
         if let Some(double) = &self.double {
             hit.t = double.in_world(hit.t);
@@ -91,14 +91,14 @@ pub(super) fn enter<F: Filter, G: HitCollector, T: Tally>(
     let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { return ControlFlow::Continue(()) };
     let tree = ray.mesh.bvh.tree();
     let safe = SafeRay::new(&ray.local, tree.around(), ErrorBound::TRIANGLES);
-    let mut visitor = OneByOne { sheared: ray.sheared(), ray: &ray, collector, done: ControlFlow::Continue(()) };
+    let mut visitor = OneByOne { watertight: ray.sheared(), ray: &ray, collector, done: ControlFlow::Continue(()) };
     walk_wide(Scalar, tree, DoublePrecisionRay(&safe), &mut visitor, tally);
     visitor.done
 }
 
 struct OneByOne<'a, F, G> {
     ray: &'a RayInInstance<'a, F>,
-    sheared: Sheared,
+    watertight: WatertightRay,
     collector: &'a mut G,
     done: ControlFlow<()>,
 }
@@ -115,7 +115,7 @@ impl<F: Filter, G: HitCollector, T: Tally> WideVisitor<Scalar, T> for OneByOne<'
             let block = self.ray.mesh.bvh.block(item);
             tally.block(block.count);
             for &primitive in &block.primitives[..block.count as usize] {
-                if let Some(hit) = self.ray.hit(&self.sheared, primitive, self.collector.t_max()) {
+                if let Some(hit) = self.ray.hit(&self.watertight, primitive, self.collector.t_max()) {
                     self.done = self.collector.take(hit);
                     self.done?;
                 }

@@ -7,7 +7,7 @@ use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Precision, Ray, TriangleHit, exact};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, ShearedPacket, TwoLevel,
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, TwoLevel, WatertightPacket,
     lanes_of, octants, walk_packet,
 };
 use crate::wide::{InstanceRecord, TriangleBlock, WideLink};
@@ -103,10 +103,10 @@ impl<I: Isa, F: Filter, G: PacketCollector> PacketVisitor<I> for TopLevelVisitor
             };
             let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
             self.alone |= planes.in_double;
-            let sheared = ShearedPacket::new(isa, rays);
+            let watertight = WatertightPacket::new(isa, rays);
             let bottom_level = BottomLevelVisitor::<F, G, true> {
                 rays,
-                sheared: &sheared,
+                watertight: &watertight,
                 mesh,
                 counts,
                 collector: &mut self.collector,
@@ -126,7 +126,7 @@ const FEW: u32 = 6;
 
 struct BottomLevelVisitor<'a, F, G, const WATERTIGHT: bool> {
     rays: &'a RayPacket,
-    sheared: &'a ShearedPacket,
+    watertight: &'a WatertightPacket,
     mesh: &'a Posed,
     counts: Counts<'a, F>,
     collector: &'a mut G,
@@ -148,13 +148,13 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
         for item in link.item_index()..link.item_index() + link.item_count() {
             let block = self.mesh.bvh.block(item);
             for along in 0..3 {
-                let set = set & self.sheared.along[along];
+                let set = set & self.watertight.along[along];
                 if set == 0 {
                     continue;
                 }
                 // All rays of the set share an octant.
                 let downwards = self.rays.negative[along] & set != 0;
-                let axes = ShearedPacket::axes(along, downwards);
+                let axes = WatertightPacket::axes(along, downwards);
                 if set.count_ones() <= FEW {
                     is_nearer |= self.one_by_one(isa, block, set, axes);
                     continue;
@@ -172,7 +172,7 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
                         if lanes == 0 {
                             continue;
                         }
-                        let mut hits = self.sheared.hits::<I, WATERTIGHT>(
+                        let mut hits = self.watertight.hits::<I, WATERTIGHT>(
                             isa,
                             self.rays,
                             axes,
@@ -180,7 +180,7 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
                             (row, lanes),
                             self.collector.t_max(),
                         );
-                        if hits.lanes | hits.unsure == 0 {
+                        if hits.lanes | hits.ambiguous == 0 {
                             continue;
                         }
                         is_nearer = true;
@@ -188,8 +188,8 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
                         if hits.lanes != 0 {
                             self.collector.take(isa, row, &hits, primitive, self.counts.instance);
                         }
-                        if hits.unsure != 0 {
-                            self.test_exactly(row, hits.unsure, primitive);
+                        if hits.ambiguous != 0 {
+                            self.test_exactly(row, hits.ambiguous, primitive);
                         }
                     }
                 }
@@ -201,8 +201,8 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
 
 impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisitor<'a, F, G, WATERTIGHT> {
     fn in_single_precision(self) -> BottomLevelVisitor<'a, F, G, false> {
-        let Self { rays, sheared, mesh, counts, collector } = self;
-        BottomLevelVisitor { rays, sheared, mesh, counts, collector }
+        let Self { rays, watertight, mesh, counts, collector } = self;
+        BottomLevelVisitor { rays, watertight, mesh, counts, collector }
     }
 
     #[inline(always)]
@@ -221,7 +221,7 @@ impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisit
             let ray = set.trailing_zeros() as usize & 63;
             set &= set - 1;
             let local = self.rays.ray(ray);
-            let hits = self.sheared.alone::<I, WATERTIGHT>(isa, ray, &local, axes).hits(
+            let hits = self.watertight.alone::<I, WATERTIGHT>(isa, ray, &local, axes).hits(
                 isa,
                 block,
                 self.collector.t_max().get(ray),

@@ -9,7 +9,7 @@ use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Aabb, Precision, Ray, SafeRay, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
 use crate::traverse::{
-    DoublePrecisionRay, FrameStamp, Posed, RayLanes, RayQuads, ShearedLanes, Tally, TwoLevel, WideVisitor, walk_wide,
+    DoublePrecisionRay, FrameStamp, Posed, RayLanes, RayQuads, Tally, TwoLevel, WatertightLanes, WideVisitor, walk_wide,
 };
 use crate::wide::{InstanceRecord, WideLink};
 
@@ -196,21 +196,21 @@ impl<F: Filter, G: HitCollector> TopLevelVisitor<'_, F, G> {
         let mesh = &*self.world.meshes[record.mesh as usize];
         let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
         let tree = mesh.bvh.tree();
-        let (lanes, sheared) = match RayLanes::new(isa, &quads, tree.around(), ErrorBound::BOX_TEST) {
-            Some(lanes) => (lanes, ShearedLanes::<I, WATERTIGHT>::in_range(isa, &quads, &ray.local)),
+        let (lanes, watertight) = match RayLanes::new(isa, &quads, tree.around(), ErrorBound::BOX_TEST) {
+            Some(lanes) => (lanes, WatertightLanes::<I, WATERTIGHT>::in_range(isa, &quads, &ray.local)),
             None => match safe(&ray.local, tree.around(), ErrorBound::TRIANGLES) {
                 Some(safe) if safe.needs_double_precision() => {
                     return with_spilled_state(self.collector, |collector| {
                         ray.in_double_precision::<G, T, WATERTIGHT>(&safe, collector, tally)
                     });
                 }
-                Some(safe) => (RayLanes::of(isa, &quads, &safe), ShearedLanes::new(isa, &ray.local)),
+                Some(safe) => (RayLanes::of(isa, &quads, &safe), WatertightLanes::new(isa, &ray.local)),
                 None => return ControlFlow::Continue(()),
             },
         };
         let mut visitor = BottomLevelVisitor {
             ray: &ray,
-            lanes: sheared,
+            lanes: watertight,
             collector: &mut *self.collector,
             done: ControlFlow::Continue(()),
         };
@@ -221,7 +221,7 @@ impl<F: Filter, G: HitCollector> TopLevelVisitor<'_, F, G> {
 
 struct BottomLevelVisitor<'a, I: Isa, F, G, const WATERTIGHT: bool> {
     ray: &'a RayInMesh<'a, F>,
-    lanes: ShearedLanes<'a, I, WATERTIGHT>,
+    lanes: WatertightLanes<'a, I, WATERTIGHT>,
     collector: &'a mut G,
     done: ControlFlow<()>,
 }
@@ -281,7 +281,7 @@ impl<F: Filter> RayInMesh<'_, F> {
         collector: &mut G,
         tally: &mut T,
     ) -> ControlFlow<()> {
-        let lanes = ShearedLanes::<Scalar, WATERTIGHT>::new(Scalar, &self.local);
+        let lanes = WatertightLanes::<Scalar, WATERTIGHT>::new(Scalar, &self.local);
         let mut visitor = BottomLevelVisitor { ray: self, lanes, collector, done: ControlFlow::Continue(()) };
         walk_wide(Scalar, self.mesh.bvh.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
         visitor.done

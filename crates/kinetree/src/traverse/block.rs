@@ -1,35 +1,35 @@
 //! Four triangles against one ray: the watertight test, operation for operation as in
-//! [`Sheared::hit`], so that hits agree to the bit.
+//! [`WatertightRay::hit`], so that hits agree to the bit.
 
 use super::RayQuads;
 use crate::geometry::{
     DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
-    MOST_DISTANCE_ERROR, OTHERS, REACH, Ray, SLOPE_BY_SIZE, Sheared, TriangleHit, UNIT_ROUNDOFF, exact,
+    MOST_DISTANCE_ERROR, OTHERS, REACH, Ray, SLOPE_BY_SIZE, TriangleHit, UNIT_ROUNDOFF, WatertightRay, exact,
 };
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
-/// A sheared ray in registers, for tests that are watertight or in single precision throughout ([`Sheared::hit_fast`]).
+/// A sheared ray in registers, for tests that are watertight or in single precision throughout ([`WatertightRay::hit_fast`]).
 #[derive(Clone, Copy)]
-pub(crate) struct ShearedLanes<'a, I: Isa, const WATERTIGHT: bool> {
+pub(crate) struct WatertightLanes<'a, I: Isa, const WATERTIGHT: bool> {
     ray: &'a Ray,
     axes: [usize; 3],
     origin: [I::F4; 3],
     shear: [I::F4; 3],
     t_scale: I::F4,
     t_min: I::F4,
-    /// See [`Sheared::reach`].
+    /// See [`WatertightRay::reach`].
     reach: f32,
 }
 
-impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
+impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &'a Ray) -> Self {
-        let Sheared { axes, shear, t_scale, .. } = Sheared::new(ray);
+        let WatertightRay { axes, shear, t_scale, .. } = WatertightRay::new(ray);
         Self::of_parts(isa, ray, axes, shear, t_scale)
     }
 
-    /// Of a ray that has been sheared.
+    /// Of a ray that has been watertight.
     #[inline(always)]
     pub(super) fn of_parts(isa: I, ray: &'a Ray, axes: [usize; 3], shear: [f32; 3], t_scale: f32) -> Self {
         let origin = &ray.quads()[0];
@@ -105,23 +105,23 @@ impl<'a, I: Isa, const WATERTIGHT: bool> ShearedLanes<'a, I, WATERTIGHT> {
             let error = distance_error(isa, [a, b, c], [lateral, size], determinant);
             let bound = isa.mul4(isa.abs4(sum), isa.splat4(MOST_DISTANCE_ERROR));
             let close = sure & isa.le4(error, bound) & isa.le4(bound, isa.splat4(f32::MAX));
-            let mut unsure = possible & !close;
-            if unsure & sure != 0 {
+            let mut ambiguous = possible & !close;
+            if ambiguous & sure != 0 {
                 let scale = isa.mul4(isa.splat4(UNIT_ROUNDOFF), self.t_scale);
                 let error = isa.mul4(isa.div4(error, isa.abs4(determinant)), scale);
                 let (nearest, farthest) = (isa.sub4(t, error), isa.add4(t, error));
                 // Where either is no number, it is not outside.
                 let outside = isa.le4(farthest, self.t_min) & !isa.le4(self.t_min, farthest)
                     | isa.le4(t_max, nearest) & !isa.le4(nearest, t_max);
-                unsure &= !(sure & outside);
+                ambiguous &= !(sure & outside);
             }
             let mask = close & isa.le4(self.t_min, t) & isa.le4(t, t_max);
-            if mask | unsure == 0 {
+            if mask | ambiguous == 0 {
                 return BlockHits::NONE;
             }
             let mut hits = BlockHits::of(isa, mask, determinant, t, v, w);
-            if unsure != 0 {
-                hits.test_exactly(unsure, self.ray, block, farthest);
+            if ambiguous != 0 {
+                hits.test_exactly(ambiguous, self.ray, block, farthest);
             }
             return hits;
         }
@@ -238,9 +238,9 @@ mod tests {
         #[inline(always)]
         fn run<I: Isa>(self, isa: I) {
             for ray in self.0 {
-                let quick = ShearedLanes::<I, true>::in_range(isa, &RayQuads::new(isa, ray), ray);
-                let slow = ShearedLanes::<I, true>::new(isa, ray);
-                let bits = |lanes: &ShearedLanes<'_, I, true>| {
+                let quick = WatertightLanes::<I, true>::in_range(isa, &RayQuads::new(isa, ray), ray);
+                let slow = WatertightLanes::<I, true>::new(isa, ray);
+                let bits = |lanes: &WatertightLanes<'_, I, true>| {
                     let [a, b, c] = lanes.origin;
                     let [d, e, f] = lanes.shear;
                     [a, b, c, d, e, f, lanes.t_scale, lanes.t_min].map(|x| isa.store4(x).map(f32::to_bits))

@@ -10,12 +10,12 @@ mod walk;
 mod wide;
 mod work;
 
-pub(crate) use block::ShearedLanes;
+pub(crate) use block::WatertightLanes;
 pub use hierarchy::Hierarchy;
 pub(crate) use hierarchy::Interval as InstanceInterval;
 pub(crate) use lanes::{Boxes, DoublePrecisionRay, RayLanes, RayQuads};
 pub(crate) use packet::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, ShearedPacket, lanes_of, octants,
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket, lanes_of, octants,
     walk_packet,
 };
 pub use two_level::{FrameStamp, Posed, TwoLevel};

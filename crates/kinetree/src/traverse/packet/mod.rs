@@ -9,7 +9,7 @@
 mod interval;
 mod planes;
 mod rays;
-mod sheared;
+mod watertight;
 #[cfg(test)]
 mod tests;
 mod walk;
@@ -17,5 +17,5 @@ mod walk;
 pub(crate) use interval::{Interval, octants};
 pub(crate) use planes::PacketPlanes;
 pub(crate) use rays::{Column, PACKET, RayPacket, lanes_of};
-pub(crate) use sheared::{RowHits, ShearedPacket};
 pub(crate) use walk::{PacketVisitor, walk_packet};
+pub(crate) use watertight::{RowHits, WatertightPacket};

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::geometry::slab::ErrorBound;
-use crate::geometry::{Aabb, Affine, Ray, SafeRay, Sheared};
+use crate::geometry::{Aabb, Affine, Ray, SafeRay, WatertightRay};
 use crate::simd::{Isa, Kernel, Level};
 use crate::wide::WideNode;
 
@@ -60,13 +60,13 @@ impl Kernel for Compare {
         let valid: Vec<Option<Ray>> = rays.iter().map(|ray| ray.validated()).collect();
         assert!((0..PACKET).all(|at| valid[at].is_some() == (set >> at & 1 == 1)), "seed {seed}");
 
-        let sheared = ShearedPacket::new(isa, &packet);
+        let watertight = WatertightPacket::new(isa, &packet);
         for (at, ray) in valid.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {
-            let one = Sheared::new(&ray);
-            assert_eq!(sheared.of(at), (one.shear.map(f32::to_bits), one.t_scale.to_bits()), "seed {seed}, {ray:?}");
+            let one = WatertightRay::new(&ray);
+            assert_eq!(watertight.of(at), (one.shear.map(f32::to_bits), one.t_scale.to_bits()), "seed {seed}, {ray:?}");
             let along = one.axes[2];
-            assert_eq!(ShearedPacket::axes(along, packet.negative[along] >> at & 1 == 1), one.axes, "seed {seed}");
-            assert!((0..3).all(|axis| sheared.along[axis] >> at & 1 == u64::from(axis == along)), "seed {seed}");
+            assert_eq!(WatertightPacket::axes(along, packet.negative[along] >> at & 1 == 1), one.axes, "seed {seed}");
+            assert!((0..3).all(|axis| watertight.along[axis] >> at & 1 == u64::from(axis == along)), "seed {seed}");
         }
 
         let map = Affine::from_axis_angle([1.0, 2.0, -1.0], 1.1) * Affine::from_scale([2.0, -0.5, 3.0]);

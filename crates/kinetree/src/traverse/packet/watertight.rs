@@ -1,7 +1,7 @@
 //! One triangle against sixteen rays: the watertight test, operation for operation as in
-//! [`Sheared::hit`](crate::geometry::Sheared::hit), so that hits agree to the bit.
+//! [`WatertightRay::hit`](crate::geometry::WatertightRay::hit), so that hits agree to the bit.
 
-use super::super::ShearedLanes;
+use super::super::WatertightLanes;
 use super::rays::{Column, RayPacket};
 use crate::geometry::{
     DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
@@ -10,7 +10,7 @@ use crate::geometry::{
 use crate::simd::Isa;
 
 /// A packet whose rays have become axes.
-pub(crate) struct ShearedPacket {
+pub(crate) struct WatertightPacket {
     shear: [Column; 3],
     t_scale: Column,
     /// Rays whose direction is largest along each axis.
@@ -22,7 +22,7 @@ pub(crate) struct ShearedPacket {
 pub(crate) struct RowHits<I: Isa> {
     pub(crate) lanes: u16,
     /// Lanes that only exact arithmetic can decide; not in `lanes`.
-    pub(crate) unsure: u16,
+    pub(crate) ambiguous: u16,
     pub(crate) back: u16,
     pub(crate) t: I::F16,
     v: I::F16,
@@ -38,7 +38,7 @@ impl<I: Isa> RowHits<I> {
     }
 }
 
-impl ShearedPacket {
+impl WatertightPacket {
     #[inline(always)]
     pub(crate) fn new<I: Isa>(isa: I, rays: &RayPacket) -> Self {
         let zero = Column::splat(0.0);
@@ -85,9 +85,9 @@ impl ShearedPacket {
         ray: usize,
         alone: &'a Ray,
         axes: [usize; 3],
-    ) -> ShearedLanes<'a, I, WATERTIGHT> {
+    ) -> WatertightLanes<'a, I, WATERTIGHT> {
         let shear = [self.shear[0].get(ray), self.shear[1].get(ray), self.shear[2].get(ray)];
-        ShearedLanes::of_parts(isa, alone, axes, shear, self.t_scale.get(ray))
+        WatertightLanes::of_parts(isa, alone, axes, shear, self.t_scale.get(ray))
     }
 
     /// The bits of what belongs to one ray.
@@ -142,31 +142,31 @@ impl ShearedPacket {
         let determinant = isa.add16(isa.add16(u, v), w);
         let back = isa.le16(determinant, zero);
         if possible == 0 {
-            return RowHits { lanes: 0, unsure: 0, back, t: zero, v, w, determinant };
+            return RowHits { lanes: 0, ambiguous: 0, back, t: zero, v, w, determinant };
         }
         let sum = isa.fused16(w, c[2], isa.fused16(v, b[2], isa.mul16(u, a[2])));
         let t_scale = isa.load16(&self.t_scale.0[row]);
         let t = isa.mul16(isa.div16(sum, determinant), t_scale);
         let (t_min, t_max) = (isa.load16(&rays.t_min.0[row]), isa.load16(&t_max.0[row]));
-        let (mut close, mut unsure) = (sure, 0);
+        let (mut close, mut ambiguous) = (sure, 0);
         if WATERTIGHT {
             let lateral = isa.mul16(lateral, isa.splat16(LATERAL));
             let error = distance_error(isa, [&a, &b, &c], [lateral, size], determinant);
             let bound = isa.mul16(isa.abs16(sum), isa.splat16(MOST_DISTANCE_ERROR));
             close &= isa.le16(error, bound) & isa.le16(bound, isa.splat16(f32::MAX));
-            unsure = possible & !close;
-            if unsure & sure != 0 {
+            ambiguous = possible & !close;
+            if ambiguous & sure != 0 {
                 let scale = isa.mul16(isa.splat16(UNIT_ROUNDOFF), t_scale);
                 let error = isa.mul16(isa.div16(error, isa.abs16(determinant)), scale);
                 let (nearest, farthest) = (isa.sub16(t, error), isa.add16(t, error));
                 let outside = isa.le16(farthest, t_min) & !isa.le16(t_min, farthest)
                     | isa.le16(t_max, nearest) & !isa.le16(nearest, t_max);
-                unsure &= !(sure & outside);
+                ambiguous &= !(sure & outside);
             }
         }
         let met = isa.le16(t_min, t) & isa.le16(t, t_max) & isa.le16(t, isa.splat16(f32::MAX));
         // Adding zero turns a negative zero into a positive one.
-        RowHits { lanes: close & met, unsure, back, t: isa.add16(t, zero), v, w, determinant }
+        RowHits { lanes: close & met, ambiguous, back, t: isa.add16(t, zero), v, w, determinant }
     }
 }
 
