@@ -6,14 +6,14 @@ use super::trace_ray::{Rules, trace_ray};
 use super::{Closest, Coherence, Filter, Hit, Occluded, Query, sort};
 use crate::geometry::Ray;
 use crate::simd::{Isa, Kernel, Level};
-use crate::traverse::{Column, PACKET, TwoLevel, Work};
+use crate::traverse::{Column, FrameBvh, PACKET, Work};
 
 /// The nearest hit of each ray.
 ///
 /// # Panics
 /// When there are not as many hits as rays.
 pub(super) fn closest_hits<F: Filter>(
-    world: &TwoLevel,
+    world: &FrameBvh,
     rays: &[Ray],
     rules: Rules<F>,
     hits: &mut [Option<Hit>],
@@ -30,7 +30,7 @@ pub(super) fn closest_hits<F: Filter>(
 /// # Panics
 /// When there are not as many answers as rays.
 pub(super) fn occluded_each<F: Filter>(
-    world: &TwoLevel,
+    world: &FrameBvh,
     rays: &[Ray],
     rules: Rules<F>,
     answers: &mut [bool],
@@ -44,7 +44,7 @@ pub(super) fn occluded_each<F: Filter>(
 
 /// `alone` answers for the ray of a number; `sampled` traces one for what it costs, without any rules.
 fn each<F: Filter, G: PacketCollector>(
-    world: &TwoLevel,
+    world: &FrameBvh,
     rays: &[Ray],
     rules: Rules<F>,
     answers: &mut [G::Answer],

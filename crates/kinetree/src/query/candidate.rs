@@ -2,7 +2,7 @@
 
 use super::without::Without;
 use crate::geometry::TriangleHit;
-use crate::traverse::TwoLevel;
+use crate::traverse::FrameBvh;
 use crate::wide::InstanceRecord;
 
 /// A hit that counts if the filter says so.
@@ -120,13 +120,13 @@ pub(super) type DynFilter<'a> = dyn Fn(&Candidate<'_>) -> bool + Sync + 'a;
 pub(crate) struct AskFilter<'a> {
     filter: Option<&'a DynFilter<'a>>,
     without: Without<'a>,
-    world: &'a TwoLevel,
+    world: &'a FrameBvh,
     ray: u32,
 }
 
 impl<'a> AskFilter<'a> {
     /// For a ray that is alone.
-    pub(super) fn new(world: &'a TwoLevel, filter: Option<&'a DynFilter<'a>>, without: Without<'a>) -> Self {
+    pub(super) fn new(world: &'a FrameBvh, filter: Option<&'a DynFilter<'a>>, without: Without<'a>) -> Self {
         Self { filter, without, world, ray: 0 }
     }
 }

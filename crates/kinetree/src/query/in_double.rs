@@ -12,7 +12,7 @@ use crate::geometry::inverse::LocalRay;
 use crate::geometry::slab::{ErrorBound, SafeRay};
 use crate::geometry::{Precision, Ray, WatertightRay};
 use crate::simd::Scalar;
-use crate::traverse::{DoublePrecisionRay, Posed, Tally, TwoLevel, WideVisitor, walk_wide};
+use crate::traverse::{DoublePrecisionRay, FrameBvh, MeshFrame, Tally, WideVisitor, walk_wide};
 use crate::wide::{InstanceRecord, WideLink};
 
 /// A ray in the space of one instance.
@@ -21,7 +21,7 @@ pub(crate) struct RayInInstance<'a, F> {
     /// The same, where it was entered in double precision.
     double: Option<LocalRay>,
     t_min: f32,
-    mesh: &'a Posed,
+    mesh: &'a MeshFrame,
     instance: u32,
     record: &'a InstanceRecord,
     rules: Rules<F>,
@@ -29,7 +29,7 @@ pub(crate) struct RayInInstance<'a, F> {
 
 impl<'a, F: Filter> RayInInstance<'a, F> {
     /// `None` when the ray cannot hit anything there.
-    pub(crate) fn enter(world: &'a TwoLevel, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
+    pub(crate) fn enter(world: &'a FrameBvh, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
         let record = &world.instances[instance as usize];
         if record.mask & rules.mask == 0 || !rules.filter.sees(instance) {
             return None;
@@ -44,7 +44,7 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
         Some(Self { local, double, t_min: ray.t_min, mesh, instance, record, rules })
     }
 
-    pub(crate) fn mesh(&self) -> &'a Posed {
+    pub(crate) fn mesh(&self) -> &'a MeshFrame {
         self.mesh
     }
 
@@ -81,7 +81,7 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
 #[cold]
 #[inline(never)]
 pub(super) fn enter<F: Filter, G: HitCollector, T: Tally>(
-    world: &TwoLevel,
+    world: &FrameBvh,
     ray: &Ray,
     instance: u32,
     rules: Rules<F>,
@@ -116,7 +116,7 @@ impl<F: Filter, G: HitCollector, T: Tally> WideVisitor<Scalar, T> for OneByOne<'
             tally.block(block.count);
             for &primitive in &block.primitives[..block.count as usize] {
                 if let Some(hit) = self.ray.hit(&self.watertight, primitive, self.collector.t_max()) {
-                    self.done = self.collector.take(hit);
+                    self.done = self.collector.collect(hit);
                     self.done?;
                 }
             }

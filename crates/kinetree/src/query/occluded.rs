@@ -32,7 +32,7 @@ impl HitCollector for Occluded {
     }
 
     #[inline(always)]
-    fn take(&mut self, _: Hit) -> ControlFlow<()> {
+    fn collect(&mut self, _: Hit) -> ControlFlow<()> {
         self.found = true;
         ControlFlow::Break(())
     }

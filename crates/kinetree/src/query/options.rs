@@ -6,7 +6,7 @@ use super::without::Without;
 use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, brute_force};
 use crate::geometry::Ray;
 use crate::handle::Placed;
-use crate::traverse::{Tally, TwoLevel, Work};
+use crate::traverse::{FrameBvh, Tally, Work};
 
 /// Which sides of triangles do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,7 +35,7 @@ pub enum Coherence {
 /// A question with options, from [`Snapshot::query`](crate::Snapshot::query).
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
-    world: &'a TwoLevel,
+    world: &'a FrameBvh,
     mask: u32,
     cull: Cull,
     filter: Option<&'a DynFilter<'a>>,
@@ -50,7 +50,7 @@ const _: () = {
 };
 
 impl<'a> Query<'a> {
-    pub(crate) fn new(world: &'a TwoLevel) -> Self {
+    pub(crate) fn new(world: &'a FrameBvh) -> Self {
         Self { world, mask: u32::MAX, cull: Cull::None, filter: None, without: Without::default() }
     }
 
@@ -115,23 +115,23 @@ impl<'a> Query<'a> {
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.gather::<Closest, _>(ray, &mut ())
+        self.trace::<Closest, _>(ray, &mut ())
     }
 
     /// The same, and how much work it was.
     pub fn closest_hit_counted(&self, ray: &Ray, work: &mut Work) -> Option<Hit> {
-        self.gather::<Closest, _>(ray, work)
+        self.trace::<Closest, _>(ray, work)
     }
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.gather::<Occluded, _>(ray, &mut ())
+        self.trace::<Occluded, _>(ray, &mut ())
     }
 
     /// The same, and how much work it was.
     pub fn occluded_counted(&self, ray: &Ray, work: &mut Work) -> bool {
-        self.gather::<Occluded, _>(ray, work)
+        self.trace::<Occluded, _>(ray, work)
     }
 
     /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes the speed, never the hits.
@@ -159,12 +159,12 @@ impl<'a> Query<'a> {
 
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
-        self.gather::<AllHits, _>(ray, &mut ())
+        self.trace::<AllHits, _>(ray, &mut ())
     }
 
     /// The same, and how much work it was.
     pub fn all_hits_counted(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
-        self.gather::<AllHits, _>(ray, work)
+        self.trace::<AllHits, _>(ray, work)
     }
 
     /// The slow twin: the same questions, answered by looking at every triangle.
@@ -189,7 +189,7 @@ impl<'a> Query<'a> {
     }
 
     #[inline(always)]
-    fn gather<G: HitCollector, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
+    fn trace<G: HitCollector, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
         match self.asked(1) {
             None => trace_ray::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
             Some(filter) => trace_ray::<_, G, T>(self.world, ray, self.rules(filter), tally),

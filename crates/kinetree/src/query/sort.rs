@@ -5,7 +5,7 @@
 
 use crate::arena::with_room;
 use crate::geometry::{Aabb, Ray};
-use crate::traverse::{TwoLevel, Work};
+use crate::traverse::{FrameBvh, Work};
 
 /// Fewer rays than this meet too few others of their kind.
 const LEAST_RAYS: usize = 4096;
@@ -28,7 +28,7 @@ const SAMPLES: usize = 64;
 const LEAST_VISITS: u64 = 8;
 
 /// Whether the order may pay: there are many rays, much memory, and they see a lot of it. `sampled` traces a ray and counts.
-pub(crate) fn is_worth_while(world: &TwoLevel, rays: &[Ray], sampled: impl Fn(&Ray, &mut Work)) -> bool {
+pub(crate) fn is_worth_while(world: &FrameBvh, rays: &[Ray], sampled: impl Fn(&Ray, &mut Work)) -> bool {
     let memory = || world.meshes.iter().map(|mesh| mesh.bvh.heap_bytes()).sum::<usize>();
     if rays.len() < LEAST_RAYS || memory() <= LEAST_TREE {
         return false;

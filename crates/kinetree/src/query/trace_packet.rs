@@ -7,14 +7,14 @@ use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Precision, Ray, TriangleHit, exact};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, Posed, RayPacket, RowHits, TwoLevel, WatertightPacket,
+    Column, FrameBvh, Interval, MeshFrame, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket,
     lanes_of, octants, walk_packet,
 };
 use crate::wide::{InstanceRecord, TriangleBlock, WideLink};
 
 /// Answers a packet, and says which rays are still to be asked alone.
 pub(super) struct TracePacket<'a, F, G: PacketCollector, W> {
-    pub(super) world: &'a TwoLevel,
+    pub(super) world: &'a FrameBvh,
     pub(super) rays: &'a [Ray],
     pub(super) rules: Rules<F>,
     /// Number of the first ray in its batch.
@@ -29,7 +29,7 @@ impl<F: Filter, G: PacketCollector, W: Fn(Column) -> G> Kernel for TracePacket<'
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u64 {
         let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
-        let gather = (self.within)(t_max);
+        let collector = (self.within)(t_max);
         let mut visitor = TopLevelVisitor {
             world: self.world,
             rays: &rays,
@@ -58,7 +58,7 @@ impl<F: Filter, G: PacketCollector, W: Fn(Column) -> G> Kernel for TracePacket<'
 }
 
 pub(super) struct TopLevelVisitor<'a, F, G> {
-    world: &'a TwoLevel,
+    world: &'a FrameBvh,
     pub(super) rays: &'a RayPacket,
     rules: Rules<F>,
     first: usize,
@@ -127,7 +127,7 @@ const FEW: u32 = 6;
 struct BottomLevelVisitor<'a, F, G, const WATERTIGHT: bool> {
     rays: &'a RayPacket,
     watertight: &'a WatertightPacket,
-    mesh: &'a Posed,
+    mesh: &'a MeshFrame,
     counts: Counts<'a, F>,
     collector: &'a mut G,
 }

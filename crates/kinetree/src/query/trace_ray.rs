@@ -9,7 +9,8 @@ use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Aabb, Precision, Ray, SafeRay, TriangleHit};
 use crate::simd::{Isa, Kernel, Scalar};
 use crate::traverse::{
-    DoublePrecisionRay, FrameStamp, Posed, RayLanes, RayQuads, Tally, TwoLevel, WatertightLanes, WideVisitor, walk_wide,
+    DoublePrecisionRay, FrameBvh, FrameStamp, MeshFrame, RayLanes, RayQuads, Tally, WatertightLanes, WideVisitor,
+    walk_wide,
 };
 use crate::wide::{InstanceRecord, WideLink};
 
@@ -45,7 +46,7 @@ pub(crate) struct Rules<F> {
 /// What is gathered of the hits of a ray, each of which is brought at least once, in no particular order.
 #[inline(always)]
 pub(super) fn trace_ray<F: Filter, G: HitCollector, T: Tally>(
-    world: &TwoLevel,
+    world: &FrameBvh,
     ray: &Ray,
     rules: Rules<F>,
     tally: &mut T,
@@ -54,7 +55,7 @@ pub(super) fn trace_ray<F: Filter, G: HitCollector, T: Tally>(
 }
 
 struct TraceRay<'a, F, G, T> {
-    world: &'a TwoLevel,
+    world: &'a FrameBvh,
     ray: &'a Ray,
     rules: Rules<F>,
     tally: &'a mut T,
@@ -117,7 +118,7 @@ fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
 fn with_spilled_state<G: HitCollector, R>(collector: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
     let mut elsewhere = replace(collector, G::within(0.0));
     let out = work(&mut elsewhere);
-    *gather = elsewhere;
+    *collector = elsewhere;
     out
 }
 
@@ -130,7 +131,7 @@ fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
 
 #[cold]
 #[inline(never)]
-fn carefully<F: Filter, G: HitCollector, T: Tally>(
+fn in_double_precision<F: Filter, G: HitCollector, T: Tally>(
     mut visitor: TopLevelVisitor<'_, F, G>,
     safe: &SafeRay,
     tally: &mut T,
@@ -139,7 +140,7 @@ fn carefully<F: Filter, G: HitCollector, T: Tally>(
 }
 
 struct TopLevelVisitor<'a, F, G> {
-    world: &'a TwoLevel,
+    world: &'a FrameBvh,
     ray: &'a Ray,
     rules: Rules<F>,
     collector: &'a mut G,
@@ -261,7 +262,7 @@ impl<I: Isa, F: Filter, G: HitCollector, T: Tally, const WATERTIGHT: bool> WideV
 /// A ray in the space of one instance, ready for triangles.
 pub(crate) struct RayInMesh<'a, F> {
     local: Ray,
-    mesh: &'a Posed,
+    mesh: &'a MeshFrame,
     instance: u32,
     record: &'a InstanceRecord,
     rules: Rules<F>,
@@ -275,7 +276,7 @@ impl<F: Filter> RayInMesh<'_, F> {
 
     #[cold]
     #[inline(never)]
-    fn carefully<G: HitCollector, T: Tally, const WATERTIGHT: bool>(
+    fn in_double_precision<G: HitCollector, T: Tally, const WATERTIGHT: bool>(
         &self,
         safe: &SafeRay,
         collector: &mut G,

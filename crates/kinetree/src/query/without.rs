@@ -1,7 +1,7 @@
 //! Instances that rays do not see, whatever else a query asks for.
 
 use crate::handle::Placed;
-use crate::traverse::{InstanceInterval, TwoLevel};
+use crate::traverse::{FrameBvh, InstanceInterval};
 
 /// What is left out: for all rays, and for each ray of a batch.
 #[derive(Clone, Copy, Default)]
@@ -17,14 +17,14 @@ impl Without<'_> {
     }
 
     /// Whether a ray of a batch sees an instance.
-    pub(super) fn is_seen(&self, world: &TwoLevel, instance: u32, ray: u32) -> bool {
+    pub(super) fn is_seen(&self, world: &FrameBvh, instance: u32, ray: u32) -> bool {
         let number = world.numbers[instance as usize];
         let excluded = |each: &[Placed]| world.hierarchy.interval_of(each[ray as usize]).contains(number);
         !self.all_rays.contains(number) && !self.each_ray.is_some_and(excluded)
     }
 
     /// Those rays of a packet that see an instance.
-    pub(super) fn seeing(&self, world: &TwoLevel, instance: u32, first_ray: usize, set: u64) -> u64 {
+    pub(super) fn seeing(&self, world: &FrameBvh, instance: u32, first_ray: usize, set: u64) -> u64 {
         if self.each_ray.is_none() {
             return if self.is_seen(world, instance, 0) { set } else { 0 };
         }

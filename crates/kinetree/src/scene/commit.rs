@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::below::KeptHierarchy;
 use super::edit::Scene;
 use super::frame::{Frame, PlacedInstance};
-use super::living_mesh::LivingMesh;
+use super::mesh_state::MeshState;
 use super::published::Publisher;
 use super::report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
 use super::snapshot::Snapshot;
@@ -16,7 +16,7 @@ use crate::geometry::inverse::Inverse;
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine};
 use crate::handle::MeshId;
-use crate::traverse::{FrameStamp, Posed};
+use crate::traverse::{FrameStamp, MeshFrame};
 use crate::wide::InstanceRecord;
 
 /// What a scene keeps from commit to commit.
@@ -26,7 +26,7 @@ pub(crate) struct Kept {
     hierarchy: KeptHierarchy,
     count: u64,
     /// Stands in for a mesh that was removed.
-    nothing: Arc<Posed>,
+    nothing: Arc<MeshFrame>,
 }
 
 impl Scene {
@@ -79,7 +79,7 @@ impl Scene {
             mesh.prepare_first_build(&threads);
         }
         let handles: Vec<MeshId> = self.meshes.iter().map(|(slot, _)| self.meshes.handle_of(slot).into()).collect();
-        let mut work: Vec<(MeshId, &mut LivingMesh, Option<MeshReport>)> =
+        let mut work: Vec<(MeshId, &mut MeshState, Option<MeshReport>)> =
             handles.into_iter().zip(self.meshes.iter_mut()).map(|(id, (_, mesh))| (id, mesh, None)).collect();
         threads.for_each(&mut work, 1, &|_, (id, mesh, report)| *report = Some(mesh.commit(*id, &threads)));
         work.into_iter().filter_map(|(_, _, report)| report).collect()

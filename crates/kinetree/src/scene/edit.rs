@@ -5,7 +5,7 @@ use std::fmt;
 use super::commit::Kept;
 use super::graph::{Instance, Node, Placement, resolve};
 use super::input::check_finite;
-use super::living_mesh::LivingMesh;
+use super::mesh_state::MeshState;
 use super::pose::{KeptPose, Pose};
 use super::slots::{Slots, fresh_scene_number};
 use super::{EditError, Indices, Mesh, Positions};
@@ -18,7 +18,7 @@ use crate::update::Motion;
 ///
 /// Every edit either succeeds or leaves the scene as it was. No edit is seen by a snapshot that was taken before.
 pub struct Scene {
-    pub(crate) meshes: Slots<LivingMesh>,
+    pub(crate) meshes: Slots<MeshState>,
     pub(crate) nodes: Slots<Node>,
     pub(crate) instances: Slots<Instance>,
     root: NodeId,
@@ -75,7 +75,7 @@ impl Scene {
     /// The scene is full.
     #[doc(alias = "BLAS")]
     pub fn add_mesh(&mut self, mesh: Mesh, motion: Motion) -> Result<MeshId, EditError> {
-        Ok(self.meshes.insert(LivingMesh::new(mesh, motion))?.into())
+        Ok(self.meshes.insert(MeshState::new(mesh, motion))?.into())
     }
 
     /// All meshes as they were handed over, in the order of their handles, and how they move.
@@ -315,7 +315,7 @@ fn check_transform(transform: &Affine) -> Result<(), EditError> {
     if transform.is_finite() { Ok(()) } else { Err(EditError::NonFinite { at: 0 }) }
 }
 
-fn check_count(mesh: &LivingMesh, found: usize) -> Result<(), EditError> {
+fn check_count(mesh: &MeshState, found: usize) -> Result<(), EditError> {
     let expected = mesh.data().positions.len();
     if found == expected { Ok(()) } else { Err(EditError::PositionCountChanged { expected, found }) }
 }

@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use super::living_mesh::LivingMesh;
 use super::mesh::VertexNormals;
+use super::mesh_state::MeshState;
 use super::published::Published;
 use super::report::FrameReport;
 use super::slots::Slots;
 use crate::geometry::{Aabb, Affine};
 use crate::handle::{InstanceId, MeshId};
-use crate::traverse::TwoLevel;
+use crate::traverse::FrameBvh;
 use crate::update::Motion;
 
 /// A frame: what rays are traced against, and whom hits belong to.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
-    pub(crate) world: TwoLevel,
+    pub(crate) world: FrameBvh,
     /// Of the meshes of `world`, where they have any. Apart from them, because normals change
     /// without their trees.
     pub(crate) normals: Vec<Option<FrameNormals>>,
@@ -55,7 +55,7 @@ impl Frame {
     }
 
     /// Gives the buffers of meshes back to the rings that they are from.
-    pub(crate) fn release_meshes(&mut self, meshes: &mut Slots<LivingMesh>) {
+    pub(crate) fn release_meshes(&mut self, meshes: &mut Slots<MeshState>) {
         for (owner, posed) in self.owners.drain(..).zip(self.world.meshes.drain(..)) {
             if let Some(Ok(mesh)) = owner.map(|id| meshes.get_mut(id.0)) {
                 mesh.release(posed);

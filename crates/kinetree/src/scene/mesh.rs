@@ -9,7 +9,7 @@ use super::{Indices, MeshError, Positions};
 use crate::build::{self, BuildOptions, Cancelled, Quality, Watch};
 use crate::geometry::{Precision, Triangles, fingerprint};
 use crate::threads::Threads;
-use crate::traverse::Posed;
+use crate::traverse::MeshFrame;
 use crate::wide::{MeshBvh, TreeFileError};
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything. That
@@ -18,7 +18,7 @@ use crate::wide::{MeshBvh, TreeFileError};
 pub struct Mesh {
     data: Arc<MeshData>,
     /// The rest pose with its tree; taken instead of building one.
-    tree: Option<Arc<Posed>>,
+    tree: Option<Arc<MeshFrame>>,
 }
 
 /// In short: how large it is.
@@ -47,7 +47,7 @@ pub(crate) struct MeshData {
     pub(crate) quality: Option<Quality>,
     pub(crate) precision: Precision,
     /// The rest pose with its tree, for each quality; built by the first of several clones.
-    first_builds: [OnceLock<Arc<Posed>>; Quality::COUNT],
+    first_builds: [OnceLock<Arc<MeshFrame>>; Quality::COUNT],
 }
 
 impl Mesh {
@@ -134,7 +134,7 @@ impl Mesh {
     pub fn with_tree(mut self, tree: &[u8]) -> Result<Self, TreeFileError> {
         let triangles = self.at_rest();
         let bvh = MeshBvh::from_bytes(tree, &triangles)?;
-        self.tree = Some(Arc::new(Posed { bvh, triangles, precision: self.data.precision }));
+        self.tree = Some(Arc::new(MeshFrame { bvh, triangles, precision: self.data.precision }));
         Ok(self)
     }
 
@@ -189,12 +189,12 @@ impl Mesh {
     }
 
     /// The tree that came with the mesh; it has none afterwards.
-    pub(crate) fn take_tree(&mut self) -> Option<Arc<Posed>> {
+    pub(crate) fn take_tree(&mut self) -> Option<Arc<MeshFrame>> {
         self.tree.take()
     }
 
     /// The rest pose with a tree of this quality, if one of several clones has built it.
-    pub(crate) fn first_build(&self, quality: Quality) -> Option<&Arc<Posed>> {
+    pub(crate) fn first_build(&self, quality: Quality) -> Option<&Arc<MeshFrame>> {
         self.data.first_builds[quality as usize].get()
     }
 
@@ -203,7 +203,7 @@ impl Mesh {
         if self.first_build(quality).is_none() {
             let triangles = self.at_rest();
             let bvh = grow(&triangles, quality, threads);
-            let built = Arc::new(Posed { bvh, triangles, precision: self.data.precision });
+            let built = Arc::new(MeshFrame { bvh, triangles, precision: self.data.precision });
             // Another scene may have been faster; the trees are the same.
             let _ = self.data.first_builds[quality as usize].set(built);
         }

@@ -4,15 +4,15 @@
 use std::sync::Arc;
 
 use super::input::all_finite;
-use super::living_mesh::{LivingMesh, Shape};
 use super::mesh::grow;
+use super::mesh_state::{Geometry, MeshState};
 use super::report::MeshReport;
 use crate::clock::Clock;
 use crate::geometry::Triangles;
 use crate::handle::MeshId;
 use crate::simd::Level;
 use crate::threads::Threads;
-use crate::traverse::Posed;
+use crate::traverse::MeshFrame;
 use crate::update::{Action, Candidate, Doubt, Edit, Motion, Reason, Upkeep, decide};
 use crate::wide::MeshBvh;
 
@@ -23,10 +23,10 @@ enum Start {
     /// The tree of the last commit.
     Last,
     /// A tree of the rest pose.
-    Rest(Arc<Posed>),
+    Rest(Arc<MeshFrame>),
 }
 
-impl LivingMesh {
+impl MeshState {
     /// Carries out the edits since the last commit.
     pub(crate) fn commit(&mut self, id: MeshId, threads: &Threads) -> MeshReport {
         let clock = Clock::start();
@@ -53,7 +53,7 @@ impl LivingMesh {
         if action == Action::Kept {
             return report;
         }
-        let is_at_rest = posed.is_none() && edit == Edit::Triangles && matches!(self.shape, Shape::Kept);
+        let is_at_rest = posed.is_none() && edit == Edit::Triangles && matches!(self.geometry, Geometry::Unchanged);
         let start = self.start(&mut report, shares_first_build, is_at_rest);
         if let Start::Rest(rest) = &start
             && is_at_rest
@@ -97,7 +97,7 @@ impl LivingMesh {
     }
 
     /// Refits or builds.
-    fn update_tree(&mut self, spare: &mut Posed, start: &Start, report: &mut MeshReport, threads: &Threads) {
+    fn update_tree(&mut self, spare: &mut MeshFrame, start: &Start, report: &mut MeshReport, threads: &Threads) {
         let from = match start {
             Start::Nothing => None,
             Start::Last => self.current().cloned(),
@@ -117,7 +117,7 @@ impl LivingMesh {
     }
 
     /// Measures a tree that was refitted, and replaces it if a better one is found.
-    fn examine(&mut self, spare: &mut Posed, report: &mut MeshReport, threads: &Threads) {
+    fn examine(&mut self, spare: &mut MeshFrame, report: &mut MeshReport, threads: &Threads) {
         // A pose without area tells nothing about the tree.
         let Some(now) = spare.bvh.ray_cost(threads) else { return };
         let (drift, doubt) = self.upkeep.refitted(&now);
@@ -150,11 +150,11 @@ impl LivingMesh {
 
     /// If the mesh was posed, a buffer with its vertices. A pose that puts vertices beyond all
     /// numbers is dropped, and nothing else: buffers go back, and other edits are carried out.
-    fn write_posed(&mut self, report: &mut MeshReport, threads: &Threads) -> Option<Posed> {
-        let pose = match std::mem::replace(&mut self.shape, Shape::Kept) {
-            Shape::Posed(pose) => pose,
+    fn write_posed(&mut self, report: &mut MeshReport, threads: &Threads) -> Option<MeshFrame> {
+        let pose = match std::mem::replace(&mut self.geometry, Geometry::Unchanged) {
+            Geometry::Pose(pose) => pose,
             other => {
-                self.shape = other;
+                self.geometry = other;
                 return None;
             }
         };
@@ -197,14 +197,14 @@ impl LivingMesh {
     }
 
     /// A buffer with the vertices where they were given, where they were, or at rest.
-    fn write_vertices(&mut self, edit: Edit, report: &mut MeshReport) -> Posed {
+    fn write_vertices(&mut self, edit: Edit, report: &mut MeshReport) -> MeshFrame {
         let mut spare = self.claim(report);
-        match std::mem::replace(&mut self.shape, Shape::Kept) {
-            Shape::Given(mut positions) => {
+        match std::mem::replace(&mut self.geometry, Geometry::Unchanged) {
+            Geometry::Positions(mut positions) => {
                 spare.triangles.swap_positions(&mut positions);
                 self.room = positions;
             }
-            Shape::Kept | Shape::Posed(_) => {
+            Geometry::Unchanged | Geometry::Pose(_) => {
                 let last = self.current().filter(|_| edit != Edit::Triangles);
                 let positions = last.map_or(&self.data().positions[..], |last| last.triangles.positions());
                 spare.triangles.positions_mut().copy_from_slice(positions);
@@ -214,7 +214,7 @@ impl LivingMesh {
     }
 
     /// A buffer for the triangles as they are now.
-    fn claim(&mut self, report: &mut MeshReport) -> Posed {
+    fn claim(&mut self, report: &mut MeshReport) -> MeshFrame {
         let (mut spare, is_new) = self.ring.claim();
         report.allocated |= is_new;
         let data = self.mesh.data();

@@ -10,7 +10,7 @@ mod error;
 mod frame;
 mod graph;
 mod input;
-mod living_mesh;
+mod mesh_state;
 mod members;
 mod mesh;
 mod mesh_commit;

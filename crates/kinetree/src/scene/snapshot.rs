@@ -11,7 +11,7 @@ use crate::geometry::{Aabb, Affine, Ray};
 use crate::handle::{InstanceId, MeshId};
 use crate::query::{Coherence, Hit, Query};
 use crate::simd::Level;
-use crate::traverse::{Posed, TwoLevel};
+use crate::traverse::{FrameBvh, MeshFrame};
 use crate::update::Motion;
 use crate::wide::{InstanceRecord, MeshBvh, TopLevelBvh};
 
@@ -68,7 +68,7 @@ impl Snapshot {
     #[doc(hidden)]
     #[must_use]
     pub fn at_level(&self, level: Level) -> Self {
-        let world = TwoLevel { level, ..self.0.world.clone() };
+        let world = FrameBvh { level, ..self.0.world.clone() };
         let (normals, placed, boxes) = (self.0.normals.clone(), self.0.placed.clone(), self.0.boxes.clone());
         let (report, original) = (self.0.report.clone(), Some(self.0.clone()));
         Self(Published::alone(Frame { world, normals, placed, boxes, report, owners: Vec::new(), original }))
@@ -277,7 +277,7 @@ pub struct InstanceView<'a> {
     index: u32,
     record: &'a InstanceRecord,
     placed: &'a PlacedInstance,
-    posed: &'a Posed,
+    posed: &'a MeshFrame,
     normals: &'a [[f32; 3]],
 }
 
@@ -371,7 +371,7 @@ impl<'a> InstanceView<'a> {
 #[derive(Clone, Copy)]
 pub struct MeshView<'a> {
     id: MeshId,
-    posed: &'a Posed,
+    posed: &'a MeshFrame,
     normals: &'a [[f32; 3]],
 }
 

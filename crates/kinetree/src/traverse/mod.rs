@@ -5,12 +5,13 @@ mod choose;
 mod hierarchy;
 mod lanes;
 mod packet;
-mod two_level;
+mod frame_bvh;
 mod walk;
 mod wide;
 mod work;
 
 pub(crate) use block::WatertightLanes;
+pub use frame_bvh::{FrameBvh, FrameStamp, MeshFrame};
 pub use hierarchy::Hierarchy;
 pub(crate) use hierarchy::Interval as InstanceInterval;
 pub(crate) use lanes::{Boxes, DoublePrecisionRay, RayLanes, RayQuads};
@@ -18,7 +19,6 @@ pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket, lanes_of, octants,
     walk_packet,
 };
-pub use two_level::{FrameStamp, Posed, TwoLevel};
 pub use walk::{Visitor, walk};
 pub(crate) use wide::{WideVisitor, walk_wide};
 pub use work::{Tally, Work};

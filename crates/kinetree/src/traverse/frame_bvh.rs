@@ -14,7 +14,7 @@ use crate::wide::{InstanceRecord, MeshBvh, TopLevelBvh};
 /// A mesh as it is in one frame, with its tree.
 #[doc(alias = "BLAS")]
 #[derive(Clone, Default)]
-pub struct Posed {
+pub struct MeshFrame {
     /// Over the triangles, object space.
     pub bvh: MeshBvh,
     /// Object space.
@@ -57,13 +57,13 @@ impl FrameStamp {
 /// A frame, as walks see it.
 #[doc(alias = "TLAS")]
 #[derive(Clone)]
-pub struct TwoLevel {
+pub struct FrameBvh {
     /// Over the instances, world space.
     pub top: TopLevelBvh,
     /// What the top level leads to.
     pub instances: Vec<InstanceRecord>,
     /// What the instances lead to.
-    pub meshes: Vec<Arc<Posed>>,
+    pub meshes: Vec<Arc<MeshFrame>>,
     /// How rays enter the instances that are entered in double precision, in the order of their numbers.
     pub(crate) doubles: Vec<(u32, DoubleInverse)>,
     /// What walks are compiled for.
@@ -76,7 +76,7 @@ pub struct TwoLevel {
     pub numbers: Vec<u32>,
 }
 
-impl Default for TwoLevel {
+impl Default for FrameBvh {
     fn default() -> Self {
         Self {
             top: TopLevelBvh::default(),
@@ -91,7 +91,7 @@ impl Default for TwoLevel {
     }
 }
 
-impl TwoLevel {
+impl FrameBvh {
     /// How rays enter an instance whose record says that they do so in double precision.
     pub(crate) fn double(&self, instance: u32) -> Option<&DoubleInverse> {
         let at = self.doubles.binary_search_by_key(&instance, |(number, _)| *number).ok()?;
@@ -100,18 +100,18 @@ impl TwoLevel {
 }
 
 /// In short: how large it is.
-impl fmt::Debug for Posed {
+impl fmt::Debug for MeshFrame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (bvh, triangles) = (&self.bvh, &self.triangles);
-        f.debug_struct("Posed").field("bvh", bvh).field("triangles", triangles).finish_non_exhaustive()
+        f.debug_struct("MeshFrame").field("bvh", bvh).field("triangles", triangles).finish_non_exhaustive()
     }
 }
 
 /// In short: how large it is.
-impl fmt::Debug for TwoLevel {
+impl fmt::Debug for FrameBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (top, meshes) = (&self.top, self.meshes.len());
-        f.debug_struct("TwoLevel").field("top", top).field("meshes", &meshes).finish_non_exhaustive()
+        f.debug_struct("FrameBvh").field("top", top).field("meshes", &meshes).finish_non_exhaustive()
     }
 }
 

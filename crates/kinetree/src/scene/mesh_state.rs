@@ -14,24 +14,24 @@ use super::ring::{Buffer, Ring};
 use crate::build::Quality;
 use crate::handle::MeshId;
 use crate::threads::Threads;
-use crate::traverse::Posed;
+use crate::traverse::MeshFrame;
 use crate::update::{Edit, Motion, Upkeep};
 
 #[derive(Debug)]
-pub(crate) struct LivingMesh {
+pub(crate) struct MeshState {
     pub(super) mesh: Mesh,
     pub(crate) motion: Motion,
     /// How many instances there are.
     pub(crate) instances: usize,
     pub(super) edit: Edit,
-    pub(super) shape: Shape,
+    pub(super) geometry: Geometry,
     /// Normals that were set since the last commit.
     pub(super) normals: Option<Vec<[f32; 3]>>,
     /// Memory for the positions that are given next.
     pub(super) room: Vec<[f32; 3]>,
-    pub(super) ring: Ring<Posed>,
+    pub(super) ring: Ring<MeshFrame>,
     /// Current instead of what is in the ring: vertices at rest and their tree, which clones share.
-    pub(super) shared: Option<Arc<Posed>>,
+    pub(super) shared: Option<Arc<MeshFrame>>,
     /// Apart from the vertices: normals never touch a tree.
     pub(super) normal_ring: Ring<VertexNormals>,
     pub(super) shared_normals: Option<Arc<VertexNormals>>,
@@ -43,21 +43,21 @@ pub(crate) struct LivingMesh {
 
 /// Where the vertices go with the next commit.
 #[derive(Debug)]
-pub(super) enum Shape {
+pub(super) enum Geometry {
     /// They stay.
-    Kept,
-    Given(Vec<[f32; 3]>),
-    Posed(KeptPose),
+    Unchanged,
+    Positions(Vec<[f32; 3]>),
+    Pose(KeptPose),
 }
 
-impl LivingMesh {
+impl MeshState {
     pub(crate) fn new(mesh: Mesh, motion: Motion) -> Self {
         Self {
             mesh,
             motion,
             instances: 0,
             edit: Edit::Triangles,
-            shape: Shape::Kept,
+            geometry: Geometry::Unchanged,
             normals: None,
             room: Vec::new(),
             ring: Ring::default(),
@@ -96,8 +96,8 @@ impl LivingMesh {
         if self.room.len() != expected {
             return Err(EditError::PositionCountChanged { expected, found: self.room.len() });
         }
-        let given = Shape::Given(std::mem::take(&mut self.room));
-        if let Shape::Given(never_used) = std::mem::replace(&mut self.shape, given) {
+        let given = Geometry::Positions(std::mem::take(&mut self.room));
+        if let Geometry::Positions(never_used) = std::mem::replace(&mut self.geometry, given) {
             self.room = never_used;
         }
         self.edit = self.edit.or_positions();
@@ -109,7 +109,7 @@ impl LivingMesh {
     }
 
     pub(crate) fn pose(&mut self, pose: KeptPose) {
-        self.shape = Shape::Posed(pose);
+        self.geometry = Geometry::Pose(pose);
         self.edit = self.edit.or_positions();
     }
 
@@ -119,13 +119,13 @@ impl LivingMesh {
 
     pub(crate) fn replace(&mut self, mesh: Mesh) {
         self.mesh = mesh;
-        self.shape = Shape::Kept;
+        self.geometry = Geometry::Unchanged;
         self.normals = None;
         self.edit = Edit::Triangles;
     }
 
     /// As of the last commit.
-    pub(crate) fn current(&self) -> Option<&Arc<Posed>> {
+    pub(crate) fn current(&self) -> Option<&Arc<MeshFrame>> {
         self.shared.as_ref().or(self.ring.current())
     }
 
@@ -143,7 +143,7 @@ impl LivingMesh {
     }
 
     /// Takes back a buffer that a frame held.
-    pub(crate) fn release(&mut self, posed: Arc<Posed>) {
+    pub(crate) fn release(&mut self, posed: Arc<MeshFrame>) {
         self.ring.release(posed);
     }
 
@@ -175,10 +175,10 @@ impl LivingMesh {
     /// Clones of a mesh share the tree of the rest pose: where they stay at rest, or are posed from
     /// it.
     pub(super) fn shares_first_build(&self) -> bool {
-        let from_rest = match self.shape {
-            Shape::Kept => true,
-            Shape::Posed(_) => self.motion == Motion::Deforming,
-            Shape::Given(_) => false,
+        let from_rest = match self.geometry {
+            Geometry::Unchanged => true,
+            Geometry::Pose(_) => self.motion == Motion::Deforming,
+            Geometry::Positions(_) => false,
         };
         from_rest && !self.mesh.has_tree() && self.current().is_none() && Arc::strong_count(self.data()) > 1
     }
@@ -192,7 +192,7 @@ impl LivingMesh {
     }
 }
 
-impl Buffer for Posed {
+impl Buffer for MeshFrame {
     fn heap_bytes(&self) -> usize {
         self.bvh.heap_bytes() + self.triangles.heap_bytes()
     }
