@@ -321,7 +321,7 @@ fn many_instances_are_binned_and_few_are_clustered() {
         let placements: Vec<_> = (0..count).map(|_| random.placement(40.0)).collect();
         let view = common::placed(cube(), &placements);
         assert_eq!(view.report().top_level.method, method);
-        assert_eq!(view.top_level().primitive_count(), count as usize);
+        assert_eq!(view.top_level().instance_count(), count as usize);
         assert_eq!(view.top_level().validate(), Ok(()));
     }
 }

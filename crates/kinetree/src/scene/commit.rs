@@ -50,7 +50,7 @@ impl Scene {
         let method = self.combine(&mut frame, far);
         let top_level = TopLevelReport {
             method,
-            instances: frame.world.top.primitive_count(),
+            instances: frame.world.top.instance_count(),
             cost: frame.world.top.cost(1.0, 1.0),
             time: top_clock.elapsed(),
         };

@@ -47,7 +47,7 @@ impl Items for Instances<'_> {
 /// In short: how large it is.
 impl fmt::Debug for TopLevelBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (nodes, instances) = (self.node_count(), self.primitive_count());
+        let (nodes, instances) = (self.node_count(), self.instance_count());
         f.debug_struct("TopLevelBvh").field("nodes", &nodes).field("instances", &instances).finish_non_exhaustive()
     }
 }
@@ -95,7 +95,7 @@ impl TopLevelBvh {
     }
 
     /// How many instances there are.
-    pub fn primitive_count(&self) -> usize {
+    pub fn instance_count(&self) -> usize {
         self.instances.len()
     }
 
