@@ -1,10 +1,10 @@
-//! From two children to eight, at the least cost: see [`Least`].
+//! From two children to eight, at the least cost: see [`CollapseCosts`].
 //!
 //! What has been found cheapest is written down from the root on, depth first, larger boxes before others.
 
 use std::ops::Range;
 
-use super::least::{Least, Subtree};
+use super::collapse_costs::{CollapseCosts, Subtree};
 use super::node::LANES;
 use super::{WideBvh, WideLink, WideNode};
 use crate::arena::with_room;
@@ -72,11 +72,11 @@ fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U
     }
     // Wide nodes are about an eighth as many.
     threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
-    let least = Least::of(binary, costs, threads);
+    let collapse_costs = CollapseCosts::of(binary, costs, threads);
     if threads.is_cancelled() {
         return WideBvh::default();
     }
-    let roots = Roots { binary, least: &least, found: Vec::with_capacity(LANES) };
+    let roots = Roots { binary, costs: &collapse_costs, found: Vec::with_capacity(LANES) };
     let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
     let mut parts: Vec<(u32, Option<Part<U>>)> = of_parts.into_iter().map(|root| (root, None)).collect();
     let empty = items.part();
@@ -149,7 +149,7 @@ impl<U: Items> Part<U> {
                         node.links[lane] = WideLink::items(items).bits();
                     }
                     None => {
-                        roots.least.foresee(isa, root.node);
+                        roots.costs.foresee(isa, root.node);
                         open.push((root.node, number * LANES as u32 + lane as u32, depth + 1));
                     }
                 }
@@ -207,7 +207,7 @@ struct Root {
 #[derive(Clone)]
 struct Roots<'a> {
     binary: &'a Bvh,
-    least: &'a Least<'a>,
+    costs: &'a CollapseCosts<'a>,
     found: Vec<Root>,
 }
 
@@ -234,16 +234,16 @@ impl Roots<'_> {
         let subtree = self.of_node(node);
         match self.binary.nodes()[node as usize].link.target() {
             // Only the root of the whole can be a leaf here.
-            Target::Node(first) if subtree.leaf().is_none() => self.share(first, LANES),
+            Target::Node(first) if subtree.leaf().is_none() => self.divide_slots(first, LANES),
             _ => self.push(node, &subtree),
         }
     }
 
     fn of_node(&self, node: u32) -> Subtree {
-        self.least.of_node(node).expect("all pairs are known unless somebody cancels")
+        self.costs.of_node(node).expect("all pairs are known unless somebody cancels")
     }
 
-    fn share(&mut self, first: u32, slots: usize) {
+    fn divide_slots(&mut self, first: u32, slots: usize) {
         let (left, right) = (self.of_node(first), self.of_node(first + 1));
         let (mut to_left, mut least) = (1, f32::INFINITY);
         for share in 1..slots {
@@ -262,7 +262,7 @@ impl Roots<'_> {
             slots -= 1;
         }
         match self.binary.nodes()[node as usize].link.target() {
-            Target::Node(first) if slots > 1 => self.share(first, slots),
+            Target::Node(first) if slots > 1 => self.divide_slots(first, slots),
             _ => self.push(node, subtree),
         }
     }

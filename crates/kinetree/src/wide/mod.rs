@@ -5,7 +5,7 @@ mod bytes;
 mod collapse;
 mod containment;
 mod instance;
-mod least;
+mod collapse_costs;
 mod leaves;
 mod link;
 mod measure;

@@ -29,21 +29,21 @@ const FORESEEN: usize = 8;
 struct Pair {
     /// Together, if they share 2, 3, .. 8 slots.
     shared: [f32; LANES - 1],
-    below: Below,
+    primitives: PrimitiveRange,
 }
 
 const _: () = assert!(size_of::<Pair>() == 32);
 
 impl Pair {
-    const UNKNOWN: Self = Self { shared: [f32::INFINITY; LANES - 1], below: Below::UNKNOWN };
+    const UNKNOWN: Self = Self { shared: [f32::INFINITY; LANES - 1], primitives: PrimitiveRange::UNKNOWN };
 }
 
 /// The primitives below two children, if they are few and stand together: the place of the first, and in the lower bits how many they are, less one.
 #[derive(Clone, Copy, PartialEq)]
 #[repr(transparent)]
-struct Below(u32);
+struct PrimitiveRange(u32);
 
-impl Below {
+impl PrimitiveRange {
     const COUNT_BITS: u32 = 4;
     const MOST: u32 = 1 << Self::COUNT_BITS;
     /// Two are never one, so this is free to mean that nothing is known yet.
@@ -83,17 +83,17 @@ impl Subtree {
     }
 }
 
-pub(super) struct Least<'a> {
+pub(super) struct CollapseCosts<'a> {
     nodes: &'a [Node],
     costs: &'a Costs,
     /// Nodes 2i + 1 and 2i + 2 are pair i, by promise 7 of [`Bvh`]. The last pair comes first.
     pairs: Vec<Pair>,
 }
 
-impl<'a> Least<'a> {
+impl<'a> CollapseCosts<'a> {
     /// Of a tree with nodes. When cancelled, some are not known.
     pub(super) fn of(binary: &'a Bvh, costs: &'a Costs, threads: &Threads) -> Self {
-        debug_assert!(costs.item_size * costs.max_items <= Below::MOST as usize);
+        debug_assert!(costs.item_size * costs.max_items <= PrimitiveRange::MOST as usize);
         let nodes = binary.nodes();
         let level = Level::current();
         let (pairs, open) = written(nodes.len() / 2, PIECE, threads, &|first, piece| {
@@ -106,15 +106,15 @@ impl<'a> Least<'a> {
             }
             open
         });
-        let mut least = Self { nodes, costs, pairs };
+        let mut found = Self { nodes, costs, pairs };
         // Pairs with something below them in another piece. Promise 5: what is below comes later.
         for place in open.into_iter().flatten() {
-            let pair = (least.pairs.len() - 1 - place) as u32;
-            if let (Some(left), Some(right)) = (least.of_node(2 * pair + 1), least.of_node(2 * pair + 2)) {
-                least.pairs[place] = together(&left, &right);
+            let pair = (found.pairs.len() - 1 - place) as u32;
+            if let (Some(left), Some(right)) = (found.of_node(2 * pair + 1), found.of_node(2 * pair + 2)) {
+                found.pairs[place] = together(&left, &right);
             }
         }
-        least
+        found
     }
 
     /// Asks for the memory of what is below a node, as far as it stands together: all of it where the tree ends, as at most nodes.
@@ -151,7 +151,7 @@ impl Known<'_> {
     #[inline(always)]
     fn pair(&self, node: u32) -> Option<&Pair> {
         let place = (self.count - 1).wrapping_sub(node as usize / 2);
-        self.pairs.get(place.wrapping_sub(self.first)).filter(|pair| pair.below != Below::UNKNOWN)
+        self.pairs.get(place.wrapping_sub(self.first)).filter(|pair| pair.primitives != PrimitiveRange::UNKNOWN)
     }
 }
 
@@ -199,7 +199,7 @@ fn subtree(node: &Node, costs: &Costs, known: &Known<'_>) -> Option<Subtree> {
         }
         Target::Node(first) => {
             let pair = known.pair(first)?;
-            let places = pair.below.places();
+            let places = pair.primitives.places();
             let as_node = area * costs.node + pair.shared[LANES - 2];
             let as_leaf = match places {
                 Some((_, count)) if costs.fits_a_leaf(count) => area * costs.of_leaf(count),
@@ -235,7 +235,7 @@ fn together(left: &Subtree, right: &Subtree) -> Pair {
         (Some((first, count)), Some((next, more))) if first + count == next => Some((first, count + more)),
         _ => None,
     };
-    Pair { shared, below: Below::of(below) }
+    Pair { shared, primitives: PrimitiveRange::of(below) }
 }
 
 /// The second one if either is no number.
@@ -281,9 +281,9 @@ mod tests {
             let at = |i: u32| [i % 3, i * i % 7, i * 5 % 11].map(|x| x as f32);
             let bounds_of = |i: u32| Aabb::new(at(i), at(i).map(|x| x + 1.0 + i as f32 * 0.1));
             let binary = build::clustered(count as usize, bounds_of, &build::BuildOptions::default());
-            let least = Least::of(&binary, &COSTS, &Threads::one());
+            let collapse_costs = CollapseCosts::of(&binary, &COSTS, &Threads::one());
             for node in 0..binary.node_count() as u32 {
-                let found = least.of_node(node).expect("nobody cancels");
+                let found = found.of_node(node).expect("nobody cancels");
                 for roots in 1..LANES {
                     assert_eq!(found.roots[roots - 1], by_trying(&binary, node, roots).0, "{count}, {node}, {roots}");
                 }
