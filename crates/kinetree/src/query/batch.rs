@@ -95,10 +95,10 @@ fn in_order<A>(
         gathered.extend(some.iter().map(|place| rays[place.ray()]));
         answered.clear();
         let next = &places[places.len().min((at + 1) * sort::FETCHED)..];
-        for (group, here) in some.chunks(FORESEEN).enumerate() {
-            let first = group * FORESEEN;
-            let next = &next[next.len().min(first)..next.len().min(first + FORESEEN)];
-            level.run(Foresee { rays, answers, here, next });
+        for (group, here) in some.chunks(PREFETCH_BATCH).enumerate() {
+            let first = group * PREFETCH_BATCH;
+            let next = &next[next.len().min(first)..next.len().min(first + PREFETCH_BATCH)];
+            level.run(Prefetch { rays, answers, here, next });
             answered.extend(here.iter().zip(&gathered[first..]).map(|(place, ray)| alone(place.ray(), ray)));
         }
         for (place, answer) in some.iter().zip(answered.drain(..)) {
@@ -108,17 +108,17 @@ fn in_order<A>(
 }
 
 /// For how many rays at a time memory is asked.
-const FORESEEN: usize = 8;
+const PREFETCH_BATCH: usize = 8;
 
 /// Asks for the memory of rays that come next, and of answers that come soon. Each may begin on one cache line and end on another.
-struct Foresee<'a, A> {
+struct Prefetch<'a, A> {
     rays: &'a [Ray],
     answers: &'a [A],
     here: &'a [sort::Place],
     next: &'a [sort::Place],
 }
 
-impl<A> Kernel for Foresee<'_, A> {
+impl<A> Kernel for Prefetch<'_, A> {
     type Output = ();
 
     #[inline(always)]

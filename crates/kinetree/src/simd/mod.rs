@@ -114,9 +114,9 @@ pub(crate) trait Isa: Copy {
     /// Lane by lane, bits in the upper half and a word in the lower half.
     fn join8(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8];
 
-    /// One of eight words. The processor foretells which, as it does of any branch, and goes on with it; what the number waits for is not waited for.
+    /// One of eight words. The processor predicts which, as it does for any branch, and goes on with it; what the number waits for is not waited for.
     #[inline(always)]
-    fn foretold(self, words: &[u32; 8], number: usize) -> u32 {
+    fn predicted(self, words: &[u32; 8], number: usize) -> u32 {
         words[number & 7]
     }
 

@@ -2,7 +2,7 @@
 
 /// One of eight words, by a jump to the load of it. Written so that the compiler cannot make one load of all.
 #[inline(always)]
-pub(super) fn foretold(words: &[u32; 8], number: usize) -> u32 {
+pub(super) fn predicted(words: &[u32; 8], number: usize) -> u32 {
     macro_rules! arms {
         ($($at:literal)*) => {
             match number & 7 {
@@ -275,8 +275,8 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn foretold(self, words: &[u32; 8], number: usize) -> u32 {
-            super::x86::foretold(words, number)
+        fn predicted(self, words: &[u32; 8], number: usize) -> u32 {
+            super::x86::predicted(words, number)
         }
 
         #[inline(always)]

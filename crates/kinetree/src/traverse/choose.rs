@@ -22,14 +22,14 @@ pub(super) fn choose<I: Isa>(
     let all = isa.before8(entry, exit);
     let rest = all & all.wrapping_sub(1);
     if rest == 0 {
-        return if all == 0 { None } else { Some(foretold(isa, links, all)) };
+        return if all == 0 { None } else { Some(predicted(isa, links, all)) };
     }
     let entries = isa.join8(entry, links);
     let (a, b) = (entry_of(&entries, all), entry_of(&entries, rest));
     let (low, high) = (a.min(b), a.max(b));
     if rest & (rest - 1) == 0 {
         stack.push(high);
-        return Some(foretold(isa, links, if a < b { all } else { rest }));
+        return Some(predicted(isa, links, if a < b { all } else { rest }));
     }
     let rest = rest & (rest - 1);
     let c = entry_of(&entries, rest);
@@ -73,13 +73,13 @@ pub(super) fn choose_in_order<I: Isa>(
         // At no distance, since none is too far.
         stack.push(u64::from(links[last as usize & 7]));
     }
-    Some(foretold(isa, links, all))
+    Some(predicted(isa, links, all))
 }
 
 /// Where the first lane in the mask leads.
 #[inline(always)]
-fn foretold<I: Isa>(isa: I, links: &[u32; LANES], mask: u32) -> WideLink {
-    WideLink::from_bits(isa.foretold(links, mask.trailing_zeros() as usize))
+fn predicted<I: Isa>(isa: I, links: &[u32; LANES], mask: u32) -> WideLink {
+    WideLink::from_bits(isa.predicted(links, mask.trailing_zeros() as usize))
 }
 
 /// Five or more.

@@ -149,7 +149,7 @@ impl<U: Items> Part<U> {
                         node.links[lane] = WideLink::items(items).bits();
                     }
                     None => {
-                        roots.costs.foresee(isa, root.node);
+                        roots.costs.prefetch(isa, root.node);
                         open.push((root.node, number * LANES as u32 + lane as u32, depth + 1));
                     }
                 }

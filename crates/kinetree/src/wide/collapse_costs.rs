@@ -21,7 +21,7 @@ use crate::tree::{Bvh, Node, Target};
 const PIECE: usize = 4096;
 
 /// For how many pairs memory is asked before they are looked at.
-const FORESEEN: usize = 8;
+const PREFETCH_BATCH: usize = 8;
 
 /// What two children cost at least.
 #[derive(Clone, Copy)]
@@ -119,13 +119,13 @@ impl<'a> CollapseCosts<'a> {
 
     /// Asks for the memory of what is below a node, as far as it stands together: all of it where the tree ends, as at most nodes.
     #[inline(always)]
-    pub(super) fn foresee(&self, isa: impl Isa, node: u32) {
+    pub(super) fn prefetch(&self, isa: impl Isa, node: u32) {
         if let Target::Node(first) = self.nodes[node as usize].link.target() {
             let last = self.pairs.len().wrapping_sub(1 + first as usize / 2);
-            for pair in 0..FORESEEN {
+            for pair in 0..PREFETCH_BATCH {
                 isa.prefetch(self.nodes, first as usize + 2 * pair);
             }
-            for pair in (0..FORESEEN).step_by(2) {
+            for pair in (0..PREFETCH_BATCH).step_by(2) {
                 isa.prefetch(&self.pairs, last.wrapping_sub(pair));
             }
         }
