@@ -217,7 +217,7 @@ impl Bins {
     #[inline(always)]
     fn add<I: Isa>(&mut self, isa: I, binning: &Binning, one: &Reference) {
         let bins = binning.bins(one);
-        let outward = isa.flip8(isa.load8(one.lanes()), &LOWER_END);
+        let outward = isa.xor_sign(isa.load8(one.lanes()), &LOWER_END);
         for axis in 0..3 {
             let bin = bins[axis] & (MOST_BINS - 1);
             let place = &mut self.boxes[axis][bin];

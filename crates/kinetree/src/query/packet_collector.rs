@@ -75,11 +75,11 @@ impl PacketCollector for Nearest {
             }
         }
         let [u, v] = hits.weights(isa);
-        isa.keep16(&mut self.t.0[row], lanes, hits.t);
-        isa.keep16(&mut self.u.0[row], lanes, u);
-        isa.keep16(&mut self.v.0[row], lanes, v);
-        isa.keep16(&mut self.primitive.0[row], lanes, isa.splat16(f32::from_bits(primitive)));
-        isa.keep16(&mut self.instance.0[row], lanes, isa.splat16(f32::from_bits(instance)));
+        isa.store_masked16(&mut self.t.0[row], lanes, hits.t);
+        isa.store_masked16(&mut self.u.0[row], lanes, u);
+        isa.store_masked16(&mut self.v.0[row], lanes, v);
+        isa.store_masked16(&mut self.primitive.0[row], lanes, isa.splat16(f32::from_bits(primitive)));
+        isa.store_masked16(&mut self.instance.0[row], lanes, isa.splat16(f32::from_bits(instance)));
         let lanes = u64::from(lanes) << (16 * row);
         self.found |= lanes;
         self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;
@@ -132,7 +132,7 @@ impl PacketCollector for Any {
 
     #[inline(always)]
     fn take<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, _: u32, _: u32) {
-        isa.keep16(&mut self.t_max.0[row], hits.lanes, isa.splat16(f32::NEG_INFINITY));
+        isa.store_masked16(&mut self.t_max.0[row], hits.lanes, isa.splat16(f32::NEG_INFINITY));
         self.found |= u64::from(hits.lanes) << (16 * row);
     }
 

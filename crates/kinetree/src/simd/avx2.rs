@@ -39,7 +39,7 @@ impl Isa for Avx2 {
     words_of_avx2!();
 
     #[inline(always)]
-    fn join8(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
+    fn zip_u64(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
         // SAFETY: `self` proves AVX2; eight words are read from an array of eight, and twice four numbers written to one of eight.
         unsafe {
@@ -70,7 +70,7 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
-    fn first4(self, count: u32, a: __m128, rest: __m128) -> __m128 {
+    fn blend_prefix(self, count: u32, a: __m128, rest: __m128) -> __m128 {
         // SAFETY: `self` proves AVX2.
         unsafe {
             let others = _mm_cmpgt_epi32(_mm_setr_epi32(1, 2, 3, 4), _mm_set1_epi32(count as i32));

@@ -43,7 +43,7 @@ impl Isa for Avx512 {
     words_of_avx2!();
 
     #[inline(always)]
-    fn join8(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
+    fn zip_u64(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
         // SAFETY: `self` proves AVX-512F; eight words are read from an array of eight, and eight numbers written to one of eight.
         unsafe {
@@ -74,7 +74,7 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
-    fn first4(self, count: u32, a: __m128, rest: __m128) -> __m128 {
+    fn blend_prefix(self, count: u32, a: __m128, rest: __m128) -> __m128 {
         // SAFETY: `self` proves AVX-512VL.
         unsafe { _mm_mask_blend_ps(((1_u32 << (count & 7)) - 1) as u8, rest, a) }
     }
@@ -172,7 +172,7 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
-    fn keep16(self, place: &mut Row, mask: u16, x: __m512) {
+    fn store_masked16(self, place: &mut Row, mask: u16, x: __m512) {
         // SAFETY: `self` proves AVX-512F; only floats of the row are written, which is aligned to 64 bytes.
         unsafe { _mm512_mask_store_ps(place.0.as_mut_ptr(), mask, x) };
     }

@@ -55,24 +55,24 @@ pub(crate) trait Isa: Copy {
     fn max8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn min8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     /// With other signs, in the lanes whose words have their first bit.
-    fn flip8(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8;
+    fn xor_sign(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8;
     fn le8(self, a: Self::F8, b: Self::F8) -> u8;
     fn add8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn sub8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     fn mul8(self, a: Self::F8, b: Self::F8) -> Self::F8;
     /// Of each word, the bits from `SHIFT` on that `MASK` has, as a number below 2^24.
-    fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8;
+    fn extract_bits<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8;
     /// Asks for the cache lines of an item that will be needed; there need not be one with that number.
     #[inline(always)]
     fn prefetch<T>(self, _items: &[T], _at: usize) {}
     /// The first three lanes of eight points, as three rows.
-    fn rows8(self, points: &[Self::F4; 8]) -> [Self::F8; 3];
+    fn transpose_xyz(self, points: &[Self::F4; 8]) -> [Self::F8; 3];
 
     fn splat4(self, x: f32) -> Self::F4;
     fn load4(self, x: &[f32; 4]) -> Self::F4;
     /// As `load4`, a number at a time: what has just been written in pieces is not waited for, as it is by a load that spans them.
     #[inline(always)]
-    fn load4_of_pieces(self, x: &[f32; 4]) -> Self::F4 {
+    fn load4_elementwise(self, x: &[f32; 4]) -> Self::F4 {
         self.load4(x)
     }
     fn store4(self, x: Self::F4) -> [f32; 4];
@@ -107,12 +107,12 @@ pub(crate) trait Isa: Copy {
     /// Three lanes; the fourth is zero. Nothing behind the three is read.
     fn load3(self, x: &[f32; 3]) -> Self::F4;
     /// The first `count` lanes of `a`, the others of `rest`.
-    fn first4(self, count: u32, a: Self::F4, rest: Self::F4) -> Self::F4;
+    fn blend_prefix(self, count: u32, a: Self::F4, rest: Self::F4) -> Self::F4;
     /// Rows become columns.
     fn transpose4(self, rows: [Self::F4; 4]) -> [Self::F4; 4];
 
     /// Lane by lane, bits in the upper half and a word in the lower half.
-    fn join8(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8];
+    fn zip_u64(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8];
 
     /// One of eight words. The processor predicts which, as it does for any branch, and goes on with it; what the number waits for is not waited for.
     #[inline(always)]
@@ -127,7 +127,7 @@ pub(crate) trait Isa: Copy {
     fn min_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
 
     /// The lanes where the first comes before the second, one bit each. Compared by bits: the first is not negative, and neither is a number that is none.
-    fn before8(self, a: Self::F8, b: Self::F8) -> u32;
+    fn lt_bits(self, a: Self::F8, b: Self::F8) -> u32;
 
     fn splat16(self, x: f32) -> Self::F16;
     fn load16(self, x: &Row) -> Self::F16;
@@ -150,7 +150,7 @@ pub(crate) trait Isa: Copy {
 
     /// Writes the lanes in `mask`; the others stay what they are.
     #[inline(always)]
-    fn keep16(self, place: &mut Row, mask: u16, x: Self::F16) {
+    fn store_masked16(self, place: &mut Row, mask: u16, x: Self::F16) {
         let x = self.store16(x);
         for lane in 0..16 {
             place.0[lane] = if mask >> lane & 1 == 1 { x.0[lane] } else { place.0[lane] };
@@ -319,10 +319,10 @@ mod tests {
             for v in [isa.min_bits8(past, after_all), isa.min_bits8(after_all, past), isa.max_bits8(past, zero)] {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
-            let flipped = isa.flip8(past, &[1 << 31, 0, 1 << 31, 0, 1 << 31, 0, 1 << 31, 1 << 31]);
+            let flipped = isa.xor_sign(past, &[1 << 31, 0, 1 << 31, 0, 1 << 31, 0, 1 << 31, 1 << 31]);
             out.extend(isa.store8(flipped).map(f32::to_bits));
             let from = out.len();
-            out.extend([isa.before8(zero, past), isa.before8(isa.splat8(f32::INFINITY), past)]);
+            out.extend([isa.lt_bits(zero, past), isa.lt_bits(isa.splat8(f32::INFINITY), past)]);
             assert_eq!(out[from..], [0b1011_0010, 0b0010_0000]);
             out.extend(isa.store8(isa.max8(x, y)).iter().map(|x| x.to_bits()));
             out.extend(isa.store8(isa.min8(x, y)).iter().map(|x| x.to_bits()));
@@ -355,15 +355,15 @@ mod tests {
             let sum =
                 isa.mul_add8(isa.splat8(2.0), isa.load8(&[0.5, 1.0, -3.0, 0.0, 4.0, 5.0, 6.0, 7.0]), isa.splat8(1.0));
             assert_eq!(isa.store8(sum), [2.0, 3.0, -5.0, 1.0, 9.0, 11.0, 13.0, 15.0]);
-            let joined =
-                isa.join8(isa.load8(&[0.0, -0.0, 1.0, 2.0, -3.0, 0.5, 1e30, -1e-40]), &[7, 6, 5, 4, 3, 2, 1, u32::MAX]);
+            let joined = isa
+                .zip_u64(isa.load8(&[0.0, -0.0, 1.0, 2.0, -3.0, 0.5, 1e30, -1e-40]), &[7, 6, 5, 4, 3, 2, 1, u32::MAX]);
             out.extend(joined.iter().flat_map(|both| [(both >> 32) as u32, *both as u32]));
             out.push(isa.signs4(isa.load4(&[-0.0, 1.0, -2.0, 0.0])).into());
             for v in [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x), isa.spread8::<3>(y)] {
                 out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
             }
             out.push(isa.le4(x, y).into());
-            out.extend(isa.store4(isa.load4_of_pieces(&[-0.0, 1.5, nan, 3.0])).map(f32::to_bits));
+            out.extend(isa.store4(isa.load4_elementwise(&[-0.0, 1.5, nan, 3.0])).map(f32::to_bits));
             out.extend(words_of_boxes(isa));
             let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
             let (x, y) = (isa.load16(&wide([1.0, -2.0, 0.3, nan])), isa.load16(&wide([3.0, -2.0, -0.7, 1.0])));
@@ -389,7 +389,7 @@ mod tests {
                 assert_eq!(isa.store4(v), [f32::EPSILON * f32::EPSILON; 4]);
             }
             let mut place = Row([7.0; 16]);
-            isa.keep16(&mut place, 0b1010_0000_0011_0001, y);
+            isa.store_masked16(&mut place, 0b1010_0000_0011_0001, y);
             out.extend(place.0.iter().map(|x| x.to_bits()));
             out
         }
@@ -403,7 +403,7 @@ mod tests {
         let a = isa.load8(&[1.5, -2.0, 3.0, 0.1, 7.0, -0.0, 1e30, f32::INFINITY]);
         let b = isa.load8(&[2.0, -3.0, 4.0, 0.3, 7.0, 0.0, 1e30, 1.0]);
         let links = [0, 1 << 28, 7 << 28, 5 << 28 | 12, u32::MAX, 3, 1 << 31, 0x3fff_ffff];
-        for v in [isa.add8(a, b), isa.sub8(a, b), isa.mul8(a, b), isa.field8::<28, 7>(&links)] {
+        for v in [isa.add8(a, b), isa.sub8(a, b), isa.mul8(a, b), isa.extract_bits::<28, 7>(&links)] {
             out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
         }
         let (x, y) = (isa.load4(&[1.0, -0.0, nan, 0.3]), isa.load4(&[-3.0, 0.0, 0.7, nan]));
@@ -411,13 +411,13 @@ mod tests {
             out.extend(isa.store4(v).iter().map(|x| x.to_bits()));
         }
         for count in 0..=4 {
-            out.extend(isa.store4(isa.first4(count, x, y)).iter().map(|x| x.to_bits()));
+            out.extend(isa.store4(isa.blend_prefix(count, x, y)).iter().map(|x| x.to_bits()));
         }
         let row = |i: i32| isa.load4(&[i as f32, i as f32 + 0.25, i as f32 + 0.5, i as f32 + 0.75]);
         for column in isa.transpose4([row(0), row(1), row(2), row(3)]) {
             out.extend(isa.store4(column).iter().map(|x| x.to_bits()));
         }
-        for row in isa.rows8(&[row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)]) {
+        for row in isa.transpose_xyz(&[row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)]) {
             out.extend(isa.store8(row).iter().map(|x| x.to_bits()));
         }
         out
@@ -433,7 +433,7 @@ mod tests {
             fn run<I: Isa>(self, isa: I) {
                 let point = |i: i32| isa.load3(&[i as f32, 10.0 + i as f32, 20.0 + i as f32]);
                 let points = [point(0), point(1), point(2), point(3), point(4), point(5), point(6), point(7)];
-                let [x, y, z] = isa.rows8(&points);
+                let [x, y, z] = isa.transpose_xyz(&points);
                 assert_eq!(isa.store8(x), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
                 assert_eq!(isa.store8(y), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0]);
                 assert_eq!(isa.store8(z), [20.0, 21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0]);
@@ -443,8 +443,8 @@ mod tests {
                 assert_eq!(isa.store4(z), [20.0, 21.0, 22.0, 23.0]);
                 assert_eq!(isa.store4(w), [0.0; 4]);
                 let links = [1 << 28, 2 << 28, 7 << 28, 15 << 28, 9, 0, u32::MAX, 8 << 28];
-                assert_eq!(isa.store8(isa.field8::<28, 7>(&links)), [1.0, 2.0, 7.0, 7.0, 0.0, 0.0, 7.0, 0.0]);
-                assert_eq!(isa.store4(isa.first4(3, x, y)), [0.0, 1.0, 2.0, 13.0]);
+                assert_eq!(isa.store8(isa.extract_bits::<28, 7>(&links)), [1.0, 2.0, 7.0, 7.0, 0.0, 0.0, 7.0, 0.0]);
+                assert_eq!(isa.store4(isa.blend_prefix(3, x, y)), [0.0, 1.0, 2.0, 13.0]);
             }
         }
         for level in Level::available() {
@@ -477,7 +477,7 @@ mod tests {
                 let four = isa.load4(lanes.first_chunk().expect("sixteen"));
                 assert_eq!(u16::from(isa.le4(four, four)), first(4));
                 let mut place = Row([3.0; 16]);
-                isa.keep16(&mut place, mask, isa.splat16(5.0));
+                isa.store_masked16(&mut place, mask, isa.splat16(5.0));
                 assert_eq!(place.0.map(|x| x == 5.0), lanes.map(|x| x == 1.0));
             }
         }

@@ -155,7 +155,7 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn flip8(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8 {
+    fn xor_sign(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8 {
         let flip = |x: float32x4_t, signs: &[u32]| {
             // SAFETY: `self` proves NEON; four words are read from a half of eight.
             unsafe { vreinterpretq_f32_u32(veorq_u32(vreinterpretq_u32_f32(x), vld1q_u32(signs.as_ptr()))) }
@@ -266,7 +266,7 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn first4(self, count: u32, a: float32x4_t, rest: float32x4_t) -> float32x4_t {
+    fn blend_prefix(self, count: u32, a: float32x4_t, rest: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON; four integers are read from an array of four.
         unsafe { vbslq_f32(vcltq_u32(vld1q_u32([0, 1, 2, 3].as_ptr()), vdupq_n_u32(count)), a, rest) }
     }
@@ -282,7 +282,7 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8 {
+    fn extract_bits<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8 {
         let mut out = [0.0; 8];
         for lane in 0..8 {
             out[lane] = (words[lane] >> SHIFT & MASK) as f32;
@@ -291,14 +291,14 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn rows8(self, points: &[float32x4_t; 8]) -> [Self::F8; 3] {
+    fn transpose_xyz(self, points: &[float32x4_t; 8]) -> [Self::F8; 3] {
         let low = self.transpose4([points[0], points[1], points[2], points[3]]);
         let high = self.transpose4([points[4], points[5], points[6], points[7]]);
         [[low[0], high[0]], [low[1], high[1]], [low[2], high[2]]]
     }
 
     #[inline(always)]
-    fn join8(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8] {
+    fn zip_u64(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
         // SAFETY: `self` proves NEON; four words are read from each half of an array of eight, and twice two numbers are written to each half of one of eight.
         unsafe {
@@ -312,7 +312,7 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn before8(self, a: Self::F8, b: Self::F8) -> u32 {
+    fn lt_bits(self, a: Self::F8, b: Self::F8) -> u32 {
         self.mask8(self.lanes_before4(a[0], b[0]), self.lanes_before4(a[1], b[1])).into()
     }
 
@@ -401,7 +401,7 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn keep16(self, place: &mut Row, mask: u16, x: Self::F16) {
+    fn store_masked16(self, place: &mut Row, mask: u16, x: Self::F16) {
         let old = self.load16(place);
         let mut new = x;
         for register in 0..4 {

@@ -65,7 +65,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn flip8(self, x: [f32; 8], signs: &[u32; 8]) -> [f32; 8] {
+    fn xor_sign(self, x: [f32; 8], signs: &[u32; 8]) -> [f32; 8] {
         zip(x, signs.map(f32::from_bits), |x, sign| f32::from_bits(x.to_bits() ^ sign.to_bits()))
     }
 
@@ -95,7 +95,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn join8(self, upper: [f32; 8], lower: &[u32; 8]) -> [u64; 8] {
+    fn zip_u64(self, upper: [f32; 8], lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
         for lane in 0..8 {
             out[lane] = u64::from(upper[lane].to_bits()) << 32 | u64::from(lower[lane]);
@@ -104,7 +104,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn before8(self, a: [f32; 8], b: [f32; 8]) -> u32 {
+    fn lt_bits(self, a: [f32; 8], b: [f32; 8]) -> u32 {
         mask(a, b, |a, b| (a.to_bits() as i32) < b.to_bits() as i32).into()
     }
 
@@ -124,7 +124,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> [f32; 8] {
+    fn extract_bits<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> [f32; 8] {
         let mut out = [0.0; 8];
         for lane in 0..8 {
             out[lane] = (words[lane] >> SHIFT & MASK) as f32;
@@ -133,7 +133,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn rows8(self, points: &[[f32; 4]; 8]) -> [[f32; 8]; 3] {
+    fn transpose_xyz(self, points: &[[f32; 4]; 8]) -> [[f32; 8]; 3] {
         let mut out = [[0.0; 8]; 3];
         for lane in 0..8 {
             for axis in 0..3 {
@@ -255,7 +255,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn first4(self, count: u32, a: [f32; 4], rest: [f32; 4]) -> [f32; 4] {
+    fn blend_prefix(self, count: u32, a: [f32; 4], rest: [f32; 4]) -> [f32; 4] {
         let mut out = rest;
         for lane in 0..4 {
             out[lane] = if (lane as u32) < count { a[lane] } else { rest[lane] };

@@ -62,7 +62,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn flip8(self, x: __m256, signs: &[u32; 8]) -> __m256 {
+        fn xor_sign(self, x: __m256, signs: &[u32; 8]) -> __m256 {
             let signs: &[f32; 8] = bytemuck::cast_ref(signs);
             // SAFETY: `self` proves AVX2; and there are eight lanes to read.
             unsafe { _mm256_xor_ps(x, _mm256_loadu_ps(signs.as_ptr())) }
@@ -93,7 +93,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn before8(self, a: __m256, b: __m256) -> u32 {
+        fn lt_bits(self, a: __m256, b: __m256) -> u32 {
             // SAFETY: `self` proves AVX2. Two cycles sooner than a comparison of floats.
             unsafe {
                 let before = _mm256_cmpgt_epi32(_mm256_castps_si256(b), _mm256_castps_si256(a));
@@ -114,7 +114,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn load4_of_pieces(self, x: &[f32; 4]) -> __m128 {
+        fn load4_elementwise(self, x: &[f32; 4]) -> __m128 {
             // Volatile, or the compiler makes one load of the four.
             // SAFETY: `self` proves AVX2; each is read from a reference to it.
             unsafe {
@@ -266,7 +266,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn field8<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> __m256 {
+        fn extract_bits<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> __m256 {
             // SAFETY: `self` proves AVX2; eight words are read from an array of eight.
             unsafe {
                 let words = _mm256_srli_epi32::<SHIFT>(_mm256_loadu_si256(words.as_ptr().cast()));
@@ -289,7 +289,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn rows8(self, points: &[__m128; 8]) -> [__m256; 3] {
+        fn transpose_xyz(self, points: &[__m128; 8]) -> [__m256; 3] {
             // SAFETY: `self` proves AVX2.
             unsafe {
                 let [a, b, c, d] = [

@@ -7,7 +7,7 @@ use crate::wide::{LANES, WIDE_STACK, WideLink};
 /// What waits: the bits of the distance where it is entered in the upper half, a link in the lower half. Of two the smaller one is nearer.
 pub(in crate::traverse) type Entry = u64;
 
-/// Of the lanes that are entered before they are left ([`Isa::before8`]), the nearest; the others wait on the stack, the next one on top.
+/// Of the lanes that are entered before they are left ([`Isa::lt_bits`]), the nearest; the others wait on the stack, the next one on top.
 ///
 /// Nearly all steps enter at most four children. Those are sorted by a network without branches, each number of them by its own: that is sooner done, and sooner
 /// read again, than with vectors. (Compare Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Items".)
@@ -19,12 +19,12 @@ pub(super) fn choose<I: Isa>(
     links: &[u32; LANES],
     stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Option<WideLink> {
-    let all = isa.before8(entry, exit);
+    let all = isa.lt_bits(entry, exit);
     let rest = all & all.wrapping_sub(1);
     if rest == 0 {
         return if all == 0 { None } else { Some(predicted(isa, links, all)) };
     }
-    let entries = isa.join8(entry, links);
+    let entries = isa.zip_u64(entry, links);
     let (a, b) = (entry_of(&entries, all), entry_of(&entries, rest));
     let (low, high) = (a.min(b), a.max(b));
     if rest & (rest - 1) == 0 {
@@ -62,7 +62,7 @@ pub(super) fn choose_in_order<I: Isa>(
     links: &[u32; LANES],
     stack: &mut Stack<'_, Entry, WIDE_STACK>,
 ) -> Option<WideLink> {
-    let all = isa.before8(entry, exit);
+    let all = isa.lt_bits(entry, exit);
     if all == 0 {
         return None;
     }

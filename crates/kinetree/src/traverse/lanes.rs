@@ -24,7 +24,7 @@ impl<I: Isa> RayQuads<I> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &Ray) -> Self {
         let [origin, direction] = ray.quads();
-        Self { origin: isa.load4_of_pieces(origin), direction: isa.load4_of_pieces(direction) }
+        Self { origin: isa.load4_elementwise(origin), direction: isa.load4_elementwise(direction) }
     }
 
     /// The ray in another space, by the operations of [`Affine::transform_point`] and [`Affine::transform_vector`].
@@ -56,7 +56,7 @@ fn turned<I: Isa>(isa: I, (x, y, z): (I::F4, I::F4, I::F4), v: [f32; 3]) -> I::F
 
 /// Where a ray enters and leaves the eight boxes of a node.
 pub(crate) trait Boxes<I: Isa>: Copy {
-    /// Entered where the first comes before the second, by their bits ([`Isa::before8`]). The first is not negative. `limit` is what comes right after `t_max`.
+    /// Entered where the first comes before the second, by their bits ([`Isa::lt_bits`]). The first is not negative. `limit` is what comes right after `t_max`.
     fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8);
 }
 

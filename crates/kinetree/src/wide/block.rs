@@ -111,13 +111,13 @@ impl TriangleBlock {
         let mut extents = isa.splat4(0.0);
         for axis in 0..3 {
             for corner in 0..3 {
-                self.corners[corner][axis] = isa.store4(isa.first4(self.count, corners[corner][axis], nothing));
+                self.corners[corner][axis] = isa.store4(isa.blend_prefix(self.count, corners[corner][axis], nothing));
                 min[axis] = isa.min4(min[axis], corners[corner][axis]);
                 max[axis] = isa.max4(max[axis], corners[corner][axis]);
             }
             extents = isa.max4(isa.sub4(max[axis], min[axis]), extents);
         }
-        self.extents = isa.store4(isa.first4(self.count, extents, nothing));
+        self.extents = isa.store4(isa.blend_prefix(self.count, extents, nothing));
         [min, max]
     }
 

@@ -79,7 +79,7 @@ impl<I: Isa> Interval<I> {
     }
 
     /// Where the eight boxes may be entered at the earliest, and left at the latest or reached by `t_max`: entered are those where the first comes before the
-    /// second, by their bits ([`Isa::before8`]). `t_max` is not negative.
+    /// second, by their bits ([`Isa::lt_bits`]). `t_max` is not negative.
     #[inline(always)]
     pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: f32) -> (I::F8, I::F8) {
         // What comes right after it.

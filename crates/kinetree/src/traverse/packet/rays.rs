@@ -65,7 +65,7 @@ pub(super) fn larger<I: Isa>(isa: I, most: I::F16, x: I::F16, lanes: u16) -> I::
         return larger;
     }
     let mut kept = isa.store16(most);
-    isa.keep16(&mut kept, lanes, larger);
+    isa.store_masked16(&mut kept, lanes, larger);
     isa.load16(&kept)
 }
 
@@ -173,7 +173,7 @@ impl RayPacket {
             far.0[row] = isa.store16(t_max);
             let out = !lanes_of(set, row);
             if out != 0 {
-                isa.keep16(&mut far.0[row], out, isa.splat16(f32::NEG_INFINITY));
+                isa.store_masked16(&mut far.0[row], out, isa.splat16(f32::NEG_INFINITY));
             }
         }
         (packet, set, far)

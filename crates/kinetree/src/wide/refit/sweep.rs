@@ -81,7 +81,7 @@ impl Kernel for Sweep<'_> {
                 (least, most) = (isa.min4(least, min), isa.max4(most, max));
             }
             boxes.push([isa.store4(least), isa.store4(most)]);
-            let (lower, upper) = (isa.rows8(&lower), isa.rows8(&upper));
+            let (lower, upper) = (isa.transpose_xyz(&lower), isa.transpose_xyz(&upper));
             let mut extent = [zero; 3];
             for axis in 0..3 {
                 node.planes[axis] = [isa.store8(lower[axis]), isa.store8(upper[axis])];
@@ -89,7 +89,8 @@ impl Kernel for Sweep<'_> {
             }
             let [x, y, z] = extent;
             let area = isa.add8(isa.add8(isa.mul8(x, y), isa.mul8(y, z)), isa.mul8(z, x));
-            let visits = isa.add8(isa.field8::<{ WideLink::COUNT_SHIFT as i32 }, 7>(&node.links), isa.splat8(1.0));
+            let visits =
+                isa.add8(isa.extract_bits::<{ WideLink::COUNT_SHIFT as i32 }, 7>(&node.links), isa.splat8(1.0));
             cost = isa.add8(cost, isa.mul8(area, visits));
         }
         let mut sum = 0.0;
@@ -142,5 +143,5 @@ fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, posi
     let least = isa.min4(isa.min4(a, b), isa.min4(c, d));
     let [a, b, c, d] = isa.transpose4([isa.add4(max[0], pad), isa.add4(max[1], pad), isa.add4(max[2], pad), zero]);
     let most = isa.max4(isa.max4(a, b), isa.max4(c, d));
-    Moved { bounds: [isa.store4(least), isa.store4(most)], triangle_boxes: isa.first4(block.count, areas, zero) }
+    Moved { bounds: [isa.store4(least), isa.store4(most)], triangle_boxes: isa.blend_prefix(block.count, areas, zero) }
 }
