@@ -41,7 +41,7 @@ mod watch;
 mod crew;
 pub mod threads;
 mod clock;
-mod arena;
+mod memory;
 mod digest;
 mod handle;
 

@@ -7,8 +7,8 @@
 use super::BuildOptions;
 use super::cut::{Chooser, Cut, Side, median};
 use super::reference::{GRAIN, Reference, bounds_of};
-use crate::arena::with_room;
 use crate::geometry::Aabb;
+use crate::memory::vec_in_large_pages;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
 
@@ -180,7 +180,7 @@ const NOT_YET: Node = Node { bounds: Aabb::EMPTY, link: Link::UNUSED };
 impl Grown {
     fn joined(self) -> (Vec<Node>, Vec<u32>) {
         let (nodes, primitives) = self.counts();
-        let mut whole = Small { nodes: with_room(nodes), primitives: with_room(primitives) };
+        let mut whole = Small { nodes: vec_in_large_pages(nodes), primitives: vec_in_large_pages(primitives) };
         whole.nodes.push(NOT_YET);
         self.append(0, &mut whole);
         (whole.nodes, whole.primitives)

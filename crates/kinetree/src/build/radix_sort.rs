@@ -3,7 +3,7 @@
 //! One pass deals the keys out by their first digit. From then on groups of neighbouring digits are sorted for themselves, at the same time and
 //! within a cache, by the last digit first.
 
-use crate::arena::with_room;
+use crate::memory::vec_in_large_pages;
 use crate::threads::Threads;
 
 const DIGIT_BITS: u32 = 11;
@@ -26,7 +26,7 @@ pub(crate) fn sort(keys: &mut Vec<u64>, low: u32, high: u32, threads: &Threads) 
         a.iter_mut().zip(b.iter()).for_each(|(a, b)| *a += b);
         a
     });
-    let mut dealt = with_room(keys.len());
+    let mut dealt = vec_in_large_pages(keys.len());
     dealt.resize(keys.len(), 0);
     deal(keys, &mut dealt, &mut starts(&ends), shift);
     let mut end = 0;

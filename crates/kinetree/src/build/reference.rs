@@ -2,8 +2,8 @@
 
 use glam::Vec3A;
 
-use crate::arena::{Piece, with_room, written_into};
 use crate::geometry::Aabb;
+use crate::memory::{ChunkWriter, fill_in_chunks, vec_in_large_pages};
 use crate::threads::Threads;
 
 /// A box, and the primitive it is the box of. Two whole vectors of four numbers: copies of less would be made of two that overlap, and whoever reads one back at once
@@ -46,12 +46,12 @@ pub(crate) fn references(
     bounds_of: &(impl Fn(u32) -> Aabb + Sync),
     threads: &Threads,
 ) -> Vec<Reference> {
-    let write = |first: usize, piece: &mut Piece<'_, Reference>| {
+    let write = |first: usize, piece: &mut ChunkWriter<'_, Reference>| {
         for id in first as u32..(first + piece.size()) as u32 {
             piece.push(Reference::new(bounds_of(id), id));
         }
     };
-    let (mut all, _) = written_into(with_room(count + more), count, GRAIN, threads, &write);
+    let (mut all, _) = fill_in_chunks(vec_in_large_pages(count + more), count, GRAIN, threads, &write);
     all.retain(|reference| !reference.bounds.is_empty());
     all
 }

@@ -10,8 +10,8 @@
 
 use super::fast_box::FastBox;
 use super::reference::GRAIN;
-use crate::arena::{with_room, written};
 use crate::geometry::Aabb;
+use crate::memory::{vec_in_chunks, vec_in_large_pages};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
 
@@ -149,7 +149,7 @@ type Before = Vec<(u32, Node)>;
 impl Loose {
     fn of(bvh: Bvh) -> Self {
         let (nodes, primitives, distinct) = bvh.into_parts();
-        let mut parents = with_room(nodes.len());
+        let mut parents = vec_in_large_pages(nodes.len());
         parents.resize(nodes.len(), 0);
         let mut loose = Self { nodes, parents, primitives, distinct };
         for at in 0..loose.nodes.len() {
@@ -206,7 +206,7 @@ impl Loose {
         let below_root = &self.nodes[1..];
         // Areas are not negative, so their bits are in order.
         let class = |node: &Node| (node.bounds.half_area().abs().to_bits() >> CLASS_SHIFT) as u16;
-        let (classes, _) = written(below_root.len(), GRAIN, threads, &|first, piece| {
+        let (classes, _) = vec_in_chunks(below_root.len(), GRAIN, threads, &|first, piece| {
             below_root[first..first + piece.size()].iter().for_each(|node| piece.push(class(node)));
         });
         let count = count.clamp(1, below_root.len());
@@ -314,8 +314,8 @@ impl Loose {
 
     /// Depth first, as a builder would have laid it out: parents before children, primitives in the order of the leaves. Nothing if a path is too long.
     fn laid_out(&self) -> Option<(Vec<Node>, Vec<u32>)> {
-        let mut nodes: Vec<Node> = with_room(self.nodes.len());
-        let mut primitives = with_room(self.primitives.len());
+        let mut nodes: Vec<Node> = vec_in_large_pages(self.nodes.len());
+        let mut primitives = vec_in_large_pages(self.primitives.len());
         primitives.resize(self.primitives.len(), 0);
         // What has not been placed yet.
         let (mut start, mut end) = (0, primitives.len());

@@ -3,8 +3,8 @@
 //!
 //! Sorted by origin along a Morton curve, then by octant, then by direction. (Other orders of these, and finer ones, gain no more.)
 
-use crate::arena::with_room;
 use crate::geometry::{Aabb, Ray};
+use crate::memory::vec_in_large_pages;
 use crate::traverse::{FrameBvh, Work};
 
 /// Fewer rays than this meet too few others of their kind.
@@ -76,7 +76,7 @@ impl Sorter {
     pub fn order(&mut self, rays: &[Ray]) -> &[Place] {
         let Self { bounds, places, spare } = self;
         if places.capacity() < rays.len() {
-            (*places, *spare) = (with_room(rays.len()), with_room(rays.len()));
+            (*places, *spare) = (vec_in_large_pages(rays.len()), vec_in_large_pages(rays.len()));
         }
         let keys = Keys::of(rays, bounds);
         let (mut low, mut high): (Starts, Starts) = ([0; 1 << DIGIT], [0; 1 << DIGIT]);

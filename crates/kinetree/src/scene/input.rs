@@ -1,7 +1,7 @@
 //! Positions and indices as callers have them.
 
 use super::MeshError;
-use crate::arena::with_room;
+use crate::memory::vec_in_large_pages;
 
 /// Positions, as a slice or spread over a vertex buffer.
 #[derive(Debug, Clone, Copy)]
@@ -104,7 +104,7 @@ const PIECE: usize = 1024;
 
 fn reserve(room: &mut Vec<[f32; 3]>, count: usize) {
     if room.capacity() < count {
-        *room = with_room(count);
+        *room = vec_in_large_pages(count);
     }
 }
 

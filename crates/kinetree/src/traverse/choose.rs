@@ -1,6 +1,6 @@
 //! Which of the children that a ray enters comes first, and which wait.
 
-use crate::arena::Stack;
+use crate::memory::Stack;
 use crate::simd::Isa;
 use crate::wide::{LANES, WIDE_STACK, WideLink};
 
@@ -135,7 +135,7 @@ fn entry_of(entries: &[Entry; LANES], mask: u32) -> Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arena::StackRoom;
+    use crate::memory::StackBuffer;
     use crate::simd::{Kernel, Level};
 
     struct Chosen {
@@ -154,7 +154,7 @@ mod tests {
             for lane in 0..LANES {
                 exit[lane] = if self.mask >> lane & 1 == 1 { f32::INFINITY } else { -1.0 };
             }
-            let mut room = StackRoom::new();
+            let mut room = StackBuffer::new();
             let mut stack = room.stack();
             let (entry, exit) = (isa.load8(&self.entry), isa.load8(&exit));
             let mut all = Vec::new();

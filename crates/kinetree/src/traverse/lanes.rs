@@ -8,7 +8,7 @@ use glam::Vec3A;
 use crate::geometry::slab::{ErrorBound, SafeRay};
 use crate::geometry::{AT_LEAST, Aabb, Affine, Ray, UNIT_ROUNDOFF};
 use crate::simd::Isa;
-use crate::wide::{LANES, NodeRows};
+use crate::wide::{LANES, NodeView};
 
 /// Nothing overflows while origins, directions, their reciprocals and boxes are within this.
 pub(super) const SINGLE_PRECISION_RANGE: f32 = (1_u64 << 60) as f32;
@@ -57,7 +57,7 @@ fn turned<I: Isa>(isa: I, (x, y, z): (I::F4, I::F4, I::F4), v: [f32; 3]) -> I::F
 /// Where a ray enters and leaves the eight boxes of a node.
 pub(crate) trait Boxes<I: Isa>: Copy {
     /// Entered where the first comes before the second, by their bits ([`Isa::lt_bits`]). The first is not negative. `limit` is what comes right after `t_max`.
-    fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8);
+    fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8);
 }
 
 /// A ray in registers: one multiplication and addition per plane. See [`SafeRay`] for its error bounds.
@@ -147,14 +147,14 @@ impl<I: Isa> RayLanes<I> {
 
     /// Where the ray meets the planes of an axis that it meets first.
     #[inline(always)]
-    fn near(&self, isa: I, node: NodeRows<'_>, axis: usize) -> I::F8 {
+    fn near(&self, isa: I, node: NodeView<'_>, axis: usize) -> I::F8 {
         let planes = isa.load8(node.planes(axis, self.near_side[axis] & 1));
         isa.mul_add8(planes, self.near_scale[axis], self.near_offset[axis])
     }
 
     /// Where the ray meets the opposite planes.
     #[inline(always)]
-    fn far(&self, isa: I, node: NodeRows<'_>, axis: usize) -> I::F8 {
+    fn far(&self, isa: I, node: NodeView<'_>, axis: usize) -> I::F8 {
         let planes = isa.load8(node.planes(axis, self.near_side[axis] & 1 ^ 1));
         isa.mul_add8(planes, self.far_scale[axis], self.far_offset[axis])
     }
@@ -179,7 +179,7 @@ fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
 
 impl<I: Isa> Boxes<I> for RayLanes<I> {
     #[inline(always)]
-    fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8) {
+    fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8) {
         // None is not a number, since the ray is within `SINGLE_PRECISION_RANGE`; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
         // inside out, and entered at infinity.
         let entry = isa.max_bits8(self.near(isa, node, 0), self.near(isa, node, 1));
@@ -196,7 +196,7 @@ pub(crate) struct DoublePrecisionRay<'a>(pub(crate) &'a SafeRay);
 
 impl<I: Isa> Boxes<I> for DoublePrecisionRay<'_> {
     #[inline(always)]
-    fn enter(&self, isa: I, node: NodeRows<'_>, limit: I::F8) -> (I::F8, I::F8) {
+    fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8) {
         let t_max = f32::from_bits(isa.store8(limit)[0].to_bits() - 1);
         let (entry, exit) = self.0.enter_all(node, t_max);
         (isa.load8(&entry), isa.load8(&exit))
@@ -205,7 +205,7 @@ impl<I: Isa> Boxes<I> for DoublePrecisionRay<'_> {
 
 impl SafeRay {
     #[cold]
-    fn enter_all(&self, node: NodeRows<'_>, t_max: f32) -> ([f32; 8], [f32; 8]) {
+    fn enter_all(&self, node: NodeView<'_>, t_max: f32) -> ([f32; 8], [f32; 8]) {
         let (mut entries, mut exits) = ([0.0; 8], [-1.0; 8]);
         for lane in 0..LANES {
             let planes = |side: usize| [0, 1, 2].map(|axis| node.planes(axis, side)[lane]);

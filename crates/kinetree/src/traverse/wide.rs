@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use super::choose::{choose, choose_in_order, next};
 use super::{Boxes, Tally};
-use crate::arena::StackRoom;
 use crate::geometry::AT_MOST;
+use crate::memory::StackBuffer;
 use crate::simd::Isa;
-use crate::wide::{NodeRows, WideBvh, WideLink};
+use crate::wide::{WideBvh, WideLink};
 
 /// A question that a walk is compiled for.
 pub(crate) trait WideVisitor<I: Isa, T: Tally> {
@@ -31,12 +31,12 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
     tally: &mut T,
 ) {
     let Some(rows) = tree.rows() else { return };
-    let mut room = StackRoom::new();
+    let mut room = StackBuffer::new();
     let mut stack = room.stack();
     let mut limit = isa.splat8(after(visitor.t_max() * AT_MOST));
     let mut link = WideLink::node(0);
     loop {
-        let node = NodeRows(rows.at(link.place()));
+        let node = rows.at(link.offset());
         tally.node();
         let (entry, exit) = boxes.enter(isa, node, limit);
         // The first is taken at once, the others wait.

@@ -22,9 +22,9 @@ use thiserror::Error;
 use super::block::BLOCK;
 use super::node::LANES;
 use super::{MeshBvh, TriangleBlock, WideBvh, WideLink, WideNode, WideTarget};
-use crate::arena::with_room;
 use crate::digest::Digest;
 use crate::geometry::{Aabb, Triangles};
+use crate::memory::vec_in_large_pages;
 use crate::tree::Violation;
 
 const MAGIC: [u8; 8] = *b"kinetree";
@@ -157,7 +157,7 @@ impl Head {
 }
 
 fn read_nodes(from: &mut Reader<'_>, count: usize) -> Result<Vec<WideNode>, TreeFileError> {
-    let mut nodes: Vec<WideNode> = with_room(count);
+    let mut nodes: Vec<WideNode> = vec_in_large_pages(count);
     for _ in 0..count {
         let [lanes] = from.take()?;
         if !(1..=LANES).contains(&lanes.into()) {
@@ -189,7 +189,7 @@ fn read_blocks(
     count: usize,
     triangles: &Triangles,
 ) -> Result<Vec<TriangleBlock>, TreeFileError> {
-    let mut blocks = with_room(count);
+    let mut blocks = vec_in_large_pages(count);
     for _ in 0..count {
         let [lanes] = from.take()?;
         if !(1..=BLOCK).contains(&lanes.into()) {

@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::collapse_costs::{CollapseCosts, Subtree};
 use super::node::LANES;
 use super::{WideBvh, WideLink, WideNode};
-use crate::arena::with_room;
+use crate::memory::vec_in_large_pages;
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
@@ -97,7 +97,7 @@ fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U
     } else {
         parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum::<usize>() + MOST_ABOVE
     };
-    let mut whole = Part { nodes: with_room(room), items: empty, item_count: 0 };
+    let mut whole = Part { nodes: vec_in_large_pages(room), items: empty, item_count: 0 };
     let mut parts = parts.into_iter().filter_map(|(_, part)| part);
     level.run(Write { part: &mut whole, root: 0, roots, parts: &mut parts });
     whole.nodes.shrink_to_fit();

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::collapse::Costs;
 use super::node::LANES;
-use crate::arena::{Piece, written};
+use crate::memory::{ChunkWriter, vec_in_chunks};
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Node, Target};
@@ -96,7 +96,7 @@ impl<'a> CollapseCosts<'a> {
         debug_assert!(costs.item_size * costs.max_items <= PrimitiveRange::MOST as usize);
         let nodes = binary.nodes();
         let level = Level::current();
-        let (pairs, open) = written(nodes.len() / 2, PIECE, threads, &|first, piece| {
+        let (pairs, open) = vec_in_chunks(nodes.len() / 2, PIECE, threads, &|first, piece| {
             let mut open = Vec::new();
             if threads.is_cancelled() {
                 (0..piece.size()).for_each(|_| piece.push(Pair::UNKNOWN));
@@ -159,7 +159,7 @@ struct Fill<'a, 'b> {
     nodes: &'a [Node],
     costs: &'a Costs,
     first: usize,
-    piece: &'a mut Piece<'b, Pair>,
+    piece: &'a mut ChunkWriter<'b, Pair>,
     /// The places of those that have to wait for others.
     open: &'a mut Vec<usize>,
 }
@@ -283,7 +283,7 @@ mod tests {
             let binary = build::clustered(count as usize, bounds_of, &build::BuildOptions::default());
             let collapse_costs = CollapseCosts::of(&binary, &COSTS, &Threads::one());
             for node in 0..binary.node_count() as u32 {
-                let found = found.of_node(node).expect("nobody cancels");
+                let found = collapse_costs.of_node(node).expect("nothing cancels");
                 for roots in 1..LANES {
                     assert_eq!(found.roots[roots - 1], by_trying(&binary, node, roots).0, "{count}, {node}, {roots}");
                 }

@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::TriangleBlock;
 use super::block::BLOCK;
 use super::collapse::Items;
-use crate::arena::{Piece, written};
 use crate::geometry::Triangles;
+use crate::memory::{ChunkWriter, vec_in_chunks};
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::Bvh;
@@ -43,11 +43,11 @@ impl<'a> Leaves<'a> {
     pub(super) fn blocks(&self, triangles: &Triangles, threads: &Threads) -> Vec<TriangleBlock> {
         let primitives = self.distinct.as_deref().unwrap_or(self.primitives);
         let level = Level::current();
-        let fill = |first: usize, blocks: &mut Piece<'_, TriangleBlock>| {
+        let fill = |first: usize, blocks: &mut ChunkWriter<'_, TriangleBlock>| {
             let spans = &self.blocks[first..first + blocks.size()];
             level.run(Fill { blocks, spans, primitives, triangles });
         };
-        written(self.blocks.len(), PIECE, threads, &fill).0
+        vec_in_chunks(self.blocks.len(), PIECE, threads, &fill).0
     }
 }
 
@@ -85,7 +85,7 @@ impl Items for Leaves<'_> {
 }
 
 struct Fill<'a, 'b> {
-    blocks: &'a mut Piece<'b, TriangleBlock>,
+    blocks: &'a mut ChunkWriter<'b, TriangleBlock>,
     spans: &'a [Span],
     primitives: &'a [u32],
     triangles: &'a Triangles,

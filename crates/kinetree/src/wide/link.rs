@@ -3,14 +3,17 @@
 use std::ops::Range;
 
 use super::node::ROWS;
-use crate::arena::Rows;
+use super::node_view::OFFSETS_PER_ROW;
 
 const LEAF: u32 = 1 << 31;
 const INDEX_MASK: u32 = (1 << WideLink::COUNT_SHIFT) - 1;
-const PLACE_SHIFT: u32 = (Rows::PLACES * ROWS).trailing_zeros();
+const OFFSET_SHIFT: u32 = (OFFSETS_PER_ROW * ROWS).trailing_zeros();
 
-/// Where a lane leads, packed into 32 bits: to a node, or to a few items (triangle blocks, or instances) that stand together. Of a node the bits are where
-/// it stands, in units of eight bytes.
+/// Where a lane leads, packed into 32 bits: to a node, or to a few items (triangle blocks, or instances)
+/// that stand together.
+///
+/// Bit 31 is set for items. Then bits 28 to 30 hold their count less one, and bits 0 to 27 the index of
+/// the first. Of a node, bits 0 to 30 hold its offset in units of eight bytes, which is 32 times its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
 pub struct WideLink(u32);
@@ -34,7 +37,7 @@ impl WideLink {
     pub const MAX_ITEM: u32 = INDEX_MASK;
 
     /// The largest number of a node.
-    pub const MAX_NODE: u32 = (LEAF - 1) >> PLACE_SHIFT;
+    pub const MAX_NODE: u32 = (LEAF - 1) >> OFFSET_SHIFT;
 
     /// In the three bits from here on stands how many items there are, less one; zero for a node.
     pub(crate) const COUNT_SHIFT: u32 = 28;
@@ -45,7 +48,7 @@ impl WideLink {
     /// When the number is above [`WideLink::MAX_NODE`].
     pub fn node(index: u32) -> Self {
         assert!(index <= Self::MAX_NODE, "node {index} has no room in a link");
-        Self(index << PLACE_SHIFT)
+        Self(index << OFFSET_SHIFT)
     }
 
     /// To items.
@@ -87,12 +90,12 @@ impl WideLink {
     /// The node, of a link that leads to one.
     #[inline(always)]
     pub(crate) fn node_index(self) -> usize {
-        (self.0 >> PLACE_SHIFT) as usize
+        (self.0 >> OFFSET_SHIFT) as usize
     }
 
-    /// Where the rows of the node stand, of a link that leads to one: see [`Rows`].
+    /// The offset of the node, of a link that leads to one: see [`NodeArray`](super::node_view::NodeArray).
     #[inline(always)]
-    pub(crate) fn place(self) -> u32 {
+    pub(crate) fn offset(self) -> u32 {
         self.0
     }
 

@@ -8,8 +8,8 @@ use super::collapse::{Costs, collapse};
 use super::leaves::Leaves;
 use super::refit::{Plan, Swept};
 use super::{TriangleBlock, WideBvh};
-use crate::arena::with_room;
 use crate::geometry::{Aabb, Triangles};
+use crate::memory::vec_in_large_pages;
 use crate::threads::Threads;
 use crate::tree::Bvh;
 
@@ -146,7 +146,7 @@ impl MeshBvh {
 /// Replaces the contents of `to`, in the memory that is there if it is enough, otherwise in large pages.
 fn copy<T: Copy>(from: &[T], to: &mut Vec<T>) {
     if to.capacity() < from.len() {
-        *to = with_room(from.len());
+        *to = vec_in_large_pages(from.len());
     }
     to.clear();
     to.extend_from_slice(from);

@@ -1,7 +1,6 @@
 //! One wide node: eight boxes, tested at once.
 
 use super::WideLink;
-use crate::arena::EightRows;
 use crate::geometry::Aabb;
 
 /// How many children a node has, at most.
@@ -74,23 +73,5 @@ impl WideNode {
     /// Lanes in use.
     pub fn lanes(&self) -> impl Iterator<Item = (usize, WideLink)> + '_ {
         (0..LANES).filter_map(|lane| Some((lane, self.link(lane)?)))
-    }
-}
-
-/// A node, as walks read it.
-#[derive(Clone, Copy)]
-pub(crate) struct NodeRows<'a>(pub(crate) EightRows<'a>);
-
-impl<'a> NodeRows<'a> {
-    /// The planes of one side along an axis.
-    #[inline(always)]
-    pub(crate) fn planes(self, axis: usize, side: usize) -> &'a [f32; LANES] {
-        self.0.row(2 * axis + side)
-    }
-
-    /// Where lanes lead; those that are not in use, anywhere.
-    #[inline(always)]
-    pub(crate) fn links(self) -> &'a [u32; LANES] {
-        bytemuck::cast_ref(self.0.row(LINKS))
     }
 }

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::node::LANES;
+use super::node_view::NodeArray;
 use super::{WideNode, WideTarget};
-use crate::arena::Rows;
 use crate::geometry::Aabb;
 use crate::tree::{Location, MAX_DEPTH, Violation};
 
@@ -45,10 +45,10 @@ impl WideBvh {
         &self.nodes
     }
 
-    /// All nodes as rows, where there are any; see [`NodeRows`].
+    /// All nodes as walks read them, if there are any.
     #[inline(always)]
-    pub(crate) fn rows(&self) -> Option<Rows<'_>> {
-        Rows::new(bytemuck::cast_slice(&self.nodes))
+    pub(crate) fn rows(&self) -> Option<NodeArray<'_>> {
+        NodeArray::new(bytemuck::cast_slice(&self.nodes))
     }
 
     /// The box around everything.

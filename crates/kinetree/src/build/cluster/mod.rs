@@ -23,8 +23,8 @@ use super::grow::unfinished;
 use super::morton::Curve;
 use super::radix_sort::sort;
 use super::reference::GRAIN;
-use crate::arena::{Piece, written};
 use crate::geometry::Aabb;
+use crate::memory::{ChunkWriter, vec_in_chunks};
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::tree::Bvh;
@@ -127,7 +127,7 @@ struct Survey {
 impl Survey {
     /// All boxes, those without a point empty, and what has to be known of them.
     fn of(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> (Vec<Aabb>, Self) {
-        let (boxes, parts) = written(count, PIECE, threads, &|first, piece| {
+        let (boxes, parts) = vec_in_chunks(count, PIECE, threads, &|first, piece| {
             let mut part = Self { centers: Aabb::EMPTY, primitives: 0 };
             for id in first..first + piece.size() {
                 let bounds = bounds_of(id as u32);
@@ -166,10 +166,10 @@ impl Survey {
         if self.primitives < boxes.len() {
             return (0..boxes.len()).filter(|&id| holds_something(&boxes[id])).map(key).collect();
         }
-        let write = |first: usize, piece: &mut Piece<'_, u64>| {
+        let write = |first: usize, piece: &mut ChunkWriter<'_, u64>| {
             (first..first + piece.size()).for_each(|id| piece.push(key(id)));
         };
-        written(boxes.len(), PIECE, threads, &write).0
+        vec_in_chunks(boxes.len(), PIECE, threads, &write).0
     }
 }
 

@@ -5,8 +5,8 @@ use super::chunk::Chunk;
 use super::emit::{self, Subtree, balanced_height};
 use super::front::{FEW, Front, Merger, RADIUS};
 use super::pair::{Cluster, Half, Kind, Pair, half};
-use crate::arena::with_room;
 use crate::geometry::Aabb;
+use crate::memory::vec_in_large_pages;
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node};
@@ -125,7 +125,7 @@ fn write(
     let leaves: u32 = pieces.iter().map(|piece| piece.kind.leaves).sum();
     let count: u32 = pieces.iter().map(|piece| piece.kind.primitives).sum();
     let size = 2 * leaves as usize - 1;
-    let mut nodes = with_room(size);
+    let mut nodes = vec_in_large_pages(size);
     nodes.resize(size, Node { bounds: Aabb::EMPTY, link: Link::UNUSED });
     let mut primitives = vec![0; count as usize];
     let top_size = 2 * pieces.len() - 1;

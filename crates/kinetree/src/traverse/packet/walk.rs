@@ -4,8 +4,8 @@ use super::super::choose::{Entry, choose, choose_in_order};
 use super::interval::Interval;
 use super::planes::PacketPlanes;
 use super::rays::{Column, RayPacket};
-use crate::arena::StackRoom;
 use crate::geometry::AT_MOST;
+use crate::memory::StackBuffer;
 use crate::simd::Isa;
 use crate::tree::MAX_DEPTH;
 use crate::wide::{LANES, WIDE_STACK, WideBvh, WideLink};
@@ -53,7 +53,7 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     }
     // What is set aside: lanes of nodes on the path, with the distance where they may be entered first. Their boxes are tested ray by ray when they are taken up,
     // with the hits that are known by then. Promise 6 bounds the path.
-    let mut room = StackRoom::<Entry, WIDE_STACK>::new();
+    let mut room = StackBuffer::<Entry, WIDE_STACK>::new();
     let mut stack = room.stack();
     let mut path = [(0, 0); PATH];
     let (mut place, mut at, mut set) = (0, 0, interval.set);

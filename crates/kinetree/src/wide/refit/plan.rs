@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::super::block::BLOCK;
 use super::super::node::LANES;
 use super::super::{MeshBvh, WideBvh, WideTarget};
-use crate::arena::with_room;
 use crate::geometry::Triangles;
+use crate::memory::vec_in_large_pages;
 
 /// The most blocks in a chunk, and the most nodes: its boxes stay in the nearest cache until the nodes above them have been written.
 pub(super) const MOST_BLOCKS: u32 = 1024;
@@ -37,7 +37,7 @@ pub(in super::super) struct Plan {
 
 impl Plan {
     pub(super) fn of(mesh: &MeshBvh, triangles: &Triangles) -> Self {
-        let mut corners: Vec<Corners> = with_room(mesh.blocks.len());
+        let mut corners: Vec<Corners> = vec_in_large_pages(mesh.blocks.len());
         for block in &mesh.blocks {
             let vertices = block.primitives.map(|triangle| triangles.indices()[triangle as usize]);
             corners.push([0, 1, 2].map(|corner| vertices.map(|vertices| vertices[corner])));

@@ -1,0 +1,99 @@
+//! Vectors that all threads write at once, in chunks.
+
+use std::mem::MaybeUninit;
+
+use super::vec_in_large_pages;
+use crate::threads::Threads;
+
+/// A chunk of a vector that is being written.
+pub(crate) struct ChunkWriter<'a, T> {
+    memory: &'a mut [MaybeUninit<T>],
+    /// Everything before this has been written.
+    len: usize,
+}
+
+impl<T: Copy> ChunkWriter<'_, T> {
+    /// # Panics
+    /// When the chunk is full.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, value: T) {
+        self.memory[self.len] = MaybeUninit::new(value);
+        self.len += 1;
+    }
+
+    /// The values pushed so far.
+    #[inline(always)]
+    pub(crate) fn written(&self) -> &[T] {
+        // SAFETY: everything before `len` has been written, and `MaybeUninit<T>` is laid out as `T` is.
+        unsafe { &*(&raw const self.memory[..self.len] as *const [T]) }
+    }
+
+    /// How many values have to be pushed in all.
+    #[inline(always)]
+    pub(crate) fn size(&self) -> usize {
+        self.memory.len()
+    }
+}
+
+/// A vector of `count` values that all threads write at once, a chunk at a time, into uninitialised
+/// memory; and what `write` returned for each chunk. `write` gets the index of the chunk's first value.
+///
+/// # Panics
+/// When `write` leaves a chunk unfilled.
+pub(crate) fn vec_in_chunks<T: Copy + Send, R: Send>(
+    count: usize,
+    chunk: usize,
+    threads: &Threads,
+    write: &(impl Fn(usize, &mut ChunkWriter<'_, T>) -> R + Sync),
+) -> (Vec<T>, Vec<R>) {
+    fill_in_chunks(vec_in_large_pages(count), count, chunk, threads, write)
+}
+
+/// As [`vec_in_chunks`], in a vector that is empty and has the capacity.
+///
+/// # Panics
+/// When `write` leaves a chunk unfilled, or the capacity is below `count`.
+pub(crate) fn fill_in_chunks<T: Copy + Send, R: Send>(
+    mut list: Vec<T>,
+    count: usize,
+    chunk: usize,
+    threads: &Threads,
+    write: &(impl Fn(usize, &mut ChunkWriter<'_, T>) -> R + Sync),
+) -> (Vec<T>, Vec<R>) {
+    assert!(list.is_empty(), "a list that is written from its start");
+    let memories = list.spare_capacity_mut()[..count].chunks_mut(chunk);
+    let mut work: Vec<(ChunkWriter<'_, T>, Option<R>)> =
+        memories.map(|memory| (ChunkWriter { memory, len: 0 }, None)).collect();
+    threads.for_each(&mut work, 1, &|number, (writer, found)| *found = Some(write(number * chunk, writer)));
+    assert!(work.iter().all(|(chunk, _)| chunk.len == chunk.memory.len()), "a chunk is not full");
+    let found = work.into_iter().filter_map(|(_, found)| found).collect();
+    // SAFETY: the chunks cover the first `count` values, and each has been written to its end.
+    unsafe { list.set_len(count) };
+    (list, found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_in_chunks_is_one_vector() {
+        for threads in [Threads::one(), Threads::default()] {
+            for count in [0, 1, 99, 100, 101, 5000] {
+                let (list, sums) = vec_in_chunks(count, 100, &threads, &|first, chunk| {
+                    (first..first + chunk.size()).for_each(|i| chunk.push(i));
+                    chunk.written().iter().sum::<usize>()
+                });
+                assert!(list.iter().copied().eq(0..count));
+                assert_eq!(sums.len(), count.div_ceil(100));
+                assert_eq!(sums.iter().sum::<usize>(), list.iter().sum());
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "not full")]
+    fn a_chunk_has_to_be_filled() {
+        vec_in_chunks(150, 100, &Threads::one(), &|first, chunk| (first..100).for_each(|i| chunk.push(i)));
+    }
+}
