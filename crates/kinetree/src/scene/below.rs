@@ -10,13 +10,13 @@ use crate::traverse::Hierarchy;
 
 /// The hierarchy of the last commit.
 #[derive(Debug, Default)]
-pub(crate) struct KeptHierarchy {
+pub(crate) struct HierarchyCache {
     hierarchy: Arc<Hierarchy>,
     /// Changes of nodes and of instances that it knows about.
     changes: Option<[u64; 2]>,
 }
 
-impl KeptHierarchy {
+impl HierarchyCache {
     /// The hierarchy as it is now.
     pub(crate) fn updated(&mut self, nodes: &Slots<Node>, instances: &Slots<Instance>) -> &Arc<Hierarchy> {
         let changes = Some([nodes.changes(), instances.changes()]);

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::below::KeptHierarchy;
+use super::below::HierarchyCache;
 use super::edit::Scene;
 use super::frame::{Frame, PlacedInstance};
 use super::mesh_state::MeshState;
@@ -21,9 +21,9 @@ use crate::wide::InstanceRecord;
 
 /// What a scene keeps from commit to commit.
 #[derive(Debug, Default)]
-pub(crate) struct Kept {
+pub(crate) struct History {
     frames: Publisher<Frame>,
-    hierarchy: KeptHierarchy,
+    hierarchy: HierarchyCache,
     count: u64,
     /// Stands in for a mesh that was removed.
     nothing: Arc<MeshFrame>,
@@ -37,9 +37,9 @@ impl Scene {
     pub fn commit(&mut self) -> Snapshot {
         let clock = Clock::start();
         // Frames that nobody holds any more let go of their meshes first, so that those can be written again.
-        self.kept.frames.collect(|frame| frame.release_meshes(&mut self.meshes));
-        let (mut frame, new_frame) = self.kept.frames.claim();
-        self.kept.count += 1;
+        self.history.frames.collect(|frame| frame.release_meshes(&mut self.meshes));
+        let (mut frame, new_frame) = self.history.frames.claim();
+        self.history.count += 1;
         frame.world.stamp = FrameStamp::fresh();
 
         let meshes = self.commit_meshes();
@@ -55,7 +55,7 @@ impl Scene {
             time: top_clock.elapsed(),
         };
         frame.report = FrameReport {
-            frame: self.kept.count,
+            frame: self.history.count,
             allocated: usize::from(new_frame) + meshes.iter().filter(|mesh| mesh.allocated).count(),
             meshes,
             top_level,
@@ -64,7 +64,7 @@ impl Scene {
             mesh_time,
             total_time: clock.elapsed(),
         };
-        Snapshot::of(self.kept.frames.publish(frame))
+        Snapshot::of(self.history.frames.publish(frame))
     }
 
     /// Of all meshes.
@@ -93,10 +93,10 @@ impl Scene {
         frame.world.instances.clear();
         frame.world.doubles.clear();
         frame.world.numbers.clear();
-        let hierarchy = self.kept.hierarchy.updated(&self.nodes, &self.instances);
+        let hierarchy = self.history.hierarchy.updated(&self.nodes, &self.instances);
         frame.world.hierarchy = hierarchy.clone();
         frame.release_meshes(&mut self.meshes);
-        frame.world.meshes.resize(self.meshes.end(), self.kept.nothing.clone());
+        frame.world.meshes.resize(self.meshes.end(), self.history.nothing.clone());
         frame.owners.resize(self.meshes.end(), None);
         frame.normals.resize(self.meshes.end(), None);
         for (slot, mesh) in self.meshes.iter() {
@@ -161,7 +161,7 @@ impl Scene {
 
     /// The tree over the instances: that of the last frame if no box has moved.
     fn combine(&self, frame: &mut Frame, far: FarRays) -> TopLevelMethod {
-        if let Some(last) = self.kept.frames.current()
+        if let Some(last) = self.history.frames.current()
             && last.boxes == frame.boxes
         {
             frame.world.top.copy_from(&last.world.top, far);

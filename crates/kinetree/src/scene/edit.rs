@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use super::commit::Kept;
+use super::commit::History;
 use super::graph::{Instance, Node, Placement, resolve};
 use super::input::check_finite;
 use super::mesh_state::MeshState;
-use super::pose::{KeptPose, Pose};
+use super::pose::{OwnedPose, Pose};
 use super::slots::{Slots, fresh_scene_number};
 use super::{EditError, Indices, Mesh, Positions};
 use crate::geometry::Affine;
@@ -23,7 +23,7 @@ pub struct Scene {
     pub(crate) instances: Slots<Instance>,
     root: NodeId,
     pub(crate) threads: Threads,
-    pub(crate) kept: Kept,
+    pub(crate) history: History,
 }
 
 /// In short: how much there is in it.
@@ -60,7 +60,7 @@ impl Scene {
             instances: Slots::new(number),
             root: root.into(),
             threads,
-            kept: Kept::default(),
+            history: History::default(),
         }
     }
 
@@ -212,7 +212,7 @@ impl Scene {
     /// A stale or foreign handle; a pose that does not fit the mesh or is not finite.
     pub fn pose(&mut self, mesh: MeshId, pose: &Pose<'_>) -> Result<(), EditError> {
         let mesh = self.meshes.get_mut(mesh.0)?;
-        let pose = KeptPose::new(pose, mesh.data())?;
+        let pose = OwnedPose::new(pose, mesh.data())?;
         mesh.pose(pose);
         Ok(())
     }

@@ -9,7 +9,7 @@ use super::error::EditError;
 use super::frame::FrameNormals;
 use super::input::Positions;
 use super::mesh::{MeshData, VertexNormals};
-use super::pose::KeptPose;
+use super::pose::OwnedPose;
 use super::ring::{Buffer, Ring};
 use crate::build::Quality;
 use crate::handle::MeshId;
@@ -47,7 +47,7 @@ pub(super) enum Geometry {
     /// They stay.
     Unchanged,
     Positions(Vec<[f32; 3]>),
-    Pose(KeptPose),
+    Pose(OwnedPose),
 }
 
 impl MeshState {
@@ -108,7 +108,7 @@ impl MeshState {
         self.normals = Some(normals);
     }
 
-    pub(crate) fn pose(&mut self, pose: KeptPose) {
+    pub(crate) fn pose(&mut self, pose: OwnedPose) {
         self.geometry = Geometry::Pose(pose);
         self.edit = self.edit.or_positions();
     }

@@ -79,12 +79,12 @@ impl Skin {
 
 /// A pose that fits its mesh, kept until the next commit.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct KeptPose {
+pub(crate) struct OwnedPose {
     weights: Vec<f32>,
     joints: Vec<Affine>,
 }
 
-impl KeptPose {
+impl OwnedPose {
     /// # Errors
     /// A pose that does not fit the mesh, or is not finite.
     pub(crate) fn new(pose: &Pose<'_>, mesh: &MeshData) -> Result<Self, EditError> {
