@@ -13,7 +13,7 @@ use crate::handle::MeshId;
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::traverse::MeshFrame;
-use crate::update::{Action, Candidate, Doubt, Edit, Motion, Reason, Upkeep, decide};
+use crate::update::{Action, Doubt, Edit, MeshUpdate, Motion, Reason, Upkeep, decide};
 use crate::wide::MeshBvh;
 
 /// What a tree begins with.
@@ -77,7 +77,7 @@ impl MeshState {
     fn decide(&mut self) -> (Action, Reason) {
         let rebuild = std::mem::take(&mut self.rebuild);
         let has_tree = self.current().is_some();
-        decide(&Candidate { motion: self.motion, edit: self.edit, has_tree, rebuild })
+        decide(&MeshUpdate { motion: self.motion, edit: self.edit, has_tree, rebuild })
     }
 
     /// Which tree there is to begin with. Trees that came with the mesh, or that clones share,

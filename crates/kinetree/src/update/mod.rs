@@ -11,4 +11,4 @@ pub use motion::Motion;
 pub use quality::drift;
 pub use refit::refit;
 
-pub(crate) use plan::{Candidate, Doubt, Edit, Upkeep, decide};
+pub(crate) use plan::{Doubt, Edit, MeshUpdate, Upkeep, decide};

@@ -22,7 +22,7 @@ pub(crate) enum Edit {
 
 /// All that the decision rests on.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Candidate {
+pub(crate) struct MeshUpdate {
     pub(crate) motion: Motion,
     pub(crate) edit: Edit,
     pub(crate) has_tree: bool,
@@ -31,11 +31,11 @@ pub(crate) struct Candidate {
 }
 
 /// What to do, before anything is measured.
-pub(crate) fn decide(candidate: &Candidate) -> (Action, Reason) {
-    match (candidate.edit, candidate.motion) {
-        _ if !candidate.has_tree => (Action::Built, Reason::New),
+pub(crate) fn decide(update: &MeshUpdate) -> (Action, Reason) {
+    match (update.edit, update.motion) {
+        _ if !update.has_tree => (Action::Built, Reason::New),
         (Edit::Triangles, _) => (Action::Rebuilt, Reason::TrianglesChanged),
-        _ if candidate.rebuild => (Action::Rebuilt, Reason::Requested),
+        _ if update.rebuild => (Action::Rebuilt, Reason::Requested),
         (Edit::Nothing, _) => (Action::Kept, Reason::NothingChanged),
         (Edit::Positions, Motion::Deforming) => (Action::Refitted, Reason::PositionsMoved),
         (Edit::Positions, _) => (Action::Rebuilt, Reason::NotMadeForRefit),
@@ -146,7 +146,7 @@ mod tests {
     fn what_bends_is_refitted_and_what_changes_is_rebuilt() {
         use {Action::*, Edit::*, Reason::*};
         for motion in MOTIONS {
-            let decide = |edit, has_tree, rebuild| decide(&Candidate { motion, edit, has_tree, rebuild });
+            let decide = |edit, has_tree, rebuild| decide(&MeshUpdate { motion, edit, has_tree, rebuild });
             for rebuild in [false, true] {
                 for edit in [Nothing, Positions, Triangles] {
                     assert_eq!(decide(edit, false, rebuild), (Built, New));
