@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
+use kinetree::build::{self, BuildOptions, BuildProgress, Cancelled, Quality};
 use kinetree::geometry::Triangles;
 use kinetree::{Mesh, MeshBvh, Motion};
 use serde::Serialize;
@@ -116,7 +116,7 @@ fn build_and_tell(
     options: &BuildOptions,
     reach: &(dyn Fn(f64) + Sync),
 ) -> Result<MeshBvh, Cancelled> {
-    let watch = Watch::new();
+    let watch = BuildProgress::new();
     let (ended, end) = mpsc::channel::<()>();
     std::thread::scope(|scope| {
         let looks = &watch;
@@ -127,7 +127,7 @@ fn build_and_tell(
             }
             reach(looks.progress().into());
         });
-        let tree = build::watched(triangles, options, &watch);
+        let tree = build::build_with_progress(triangles, options, &watch);
         drop(ended);
         tree
     })

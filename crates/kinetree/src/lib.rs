@@ -36,7 +36,7 @@
 //!
 //! The modules stand in the order of their layers; each uses what stands before it only.
 
-mod watch;
+mod build_progress;
 #[cfg(feature = "parallel")]
 mod crew;
 pub mod threads;

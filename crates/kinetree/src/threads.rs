@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
+use crate::build_progress::BuildProgress;
 #[cfg(feature = "parallel")]
 use crate::crew::{Crew, Pool};
-use crate::watch::Watch;
 
 /// A pool of threads of the caller's own: a job system of a game engine, for instance.
 ///
@@ -34,7 +34,7 @@ pub trait Executor: Send + Sync {
 pub struct Threads {
     kind: Kind,
     /// Who follows what they do.
-    watch: Option<Watch>,
+    progress: Option<BuildProgress>,
 }
 
 #[derive(Clone)]
@@ -84,7 +84,7 @@ impl std::fmt::Debug for Threads {
 impl Threads {
     /// Everything on the calling thread.
     pub fn one() -> Self {
-        Self { kind: Kind::One, watch: None }
+        Self { kind: Kind::One, progress: None }
     }
 
     /// The calling thread, with help from the pool of the process (rayon's current one), which is
@@ -93,23 +93,23 @@ impl Threads {
     /// the pool has.
     #[cfg(feature = "parallel")]
     pub fn shared() -> Self {
-        Self { kind: Kind::Shared(Arc::default()), watch: None }
+        Self { kind: Kind::Shared(Arc::default()), progress: None }
     }
 
     /// The caller's own threads. See [`Executor`] for what they have to do.
     pub fn of(executor: Arc<dyn Executor>) -> Self {
-        Self { kind: Kind::Own(executor), watch: None }
+        Self { kind: Kind::Own(executor), progress: None }
     }
 
     /// The same threads, for a build that is watched.
-    pub(crate) fn watched_by(&self, watch: &Watch) -> Self {
-        Self { watch: Some(watch.clone()), ..self.clone() }
+    pub(crate) fn with_progress(&self, progress: &BuildProgress) -> Self {
+        Self { progress: Some(progress.clone()), ..self.clone() }
     }
 
     /// Whether nothing is ever done at once and nobody looks on, so that cutting work into pieces
     /// would only cost time.
-    pub(crate) fn is_alone(&self) -> bool {
-        self.watch.is_none()
+    pub(crate) fn is_single_and_unobserved(&self) -> bool {
+        self.progress.is_none()
             && match self.kind {
                 Kind::One => true,
                 #[cfg(feature = "parallel")]
@@ -118,27 +118,27 @@ impl Threads {
             }
     }
 
-    /// See [`Watch`]. A builder that finds itself cancelled ends as soon as it can, with any tree
+    /// See [`BuildProgress`]. A builder that finds itself cancelled ends as soon as it can, with any tree
     /// at all: nobody will see it.
     #[inline]
     pub(crate) fn is_cancelled(&self) -> bool {
-        self.watch.as_ref().is_some_and(Watch::is_cancelled)
+        self.progress.as_ref().is_some_and(BuildProgress::is_cancelled)
     }
 
     /// Another stage of a build begins, of so many units, and is taken to need `share` of what is
     /// left.
-    pub(crate) fn stage(&self, share: f32, units: usize) {
-        if let Some(watch) = &self.watch {
-            watch.stage(share, units);
+    pub(crate) fn begin_stage(&self, share: f32, units: usize) {
+        if let Some(progress) = &self.watch {
+            progress.begin_stage(share, units);
         }
     }
 
     /// So many more units of the stage are done. Not for every single one: threads wait for each
     /// other here.
     #[inline]
-    pub(crate) fn tick(&self, units: usize) {
-        if let Some(watch) = &self.watch {
-            watch.tick(units);
+    pub(crate) fn advance(&self, units: usize) {
+        if let Some(progress) = &self.watch {
+            progress.advance(units);
         }
     }
 

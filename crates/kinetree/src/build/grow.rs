@@ -31,7 +31,7 @@ pub(crate) fn grow_with_room(
         return Bvh::default();
     }
     let bounds = bounds_of(&references, &options.threads);
-    options.threads.stage(SHARE, count);
+    options.threads.begin_stage(SHARE, count);
     references.reserve_exact(room);
     references.resize(count + room, Reference::new(Aabb::EMPTY, 0));
     let growth = Growth { chooser, leaf_limit: options.leaf_limit(), threads: &options.threads };
@@ -114,7 +114,7 @@ impl<C: Chooser> Growth<'_, C> {
         let mut small = Small { nodes: vec![NOT_YET], primitives: Vec::with_capacity(count) };
         self.grow_small(plot, 0, &mut small);
         // Of a build that was called off, hardly any.
-        self.threads.tick(small.primitives.len().min(count));
+        self.threads.advance(small.primitives.len().min(count));
         Grown::Small(small)
     }
 

@@ -17,13 +17,13 @@ mod reference;
 mod reinsert;
 mod spatial;
 mod triangles;
-mod watched;
+mod with_progress;
 
-pub use crate::watch::{Cancelled, Watch};
+pub use crate::build_progress::{BuildProgress, Cancelled};
 pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
 pub use binned::binned;
 pub use cluster::clustered;
 pub use options::{BuildOptions, Quality};
 pub use spatial::spatial;
 pub use triangles::triangles;
-pub use watched::watched;
+pub use with_progress::build_with_progress;

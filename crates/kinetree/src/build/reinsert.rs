@@ -30,7 +30,7 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     }
     let mut tree = Loose::of(bvh);
     let mut undo = Vec::with_capacity(batches.len());
-    threads.stage(0.8, (tree.nodes.len() as f32 * batches.iter().sum::<f32>()) as usize);
+    threads.begin_stage(0.8, (tree.nodes.len() as f32 * batches.iter().sum::<f32>()) as usize);
     for share in batches {
         if threads.is_cancelled() {
             break;
@@ -192,7 +192,7 @@ impl Loose {
                 return;
             }
             if number % SEARCHES == 0 {
-                threads.tick(SEARCHES);
+                threads.advance(SEARCHES);
             }
             *one = self.best_move(one.from);
         });

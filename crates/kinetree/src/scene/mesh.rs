@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use super::input::check_finite;
 use super::pose::{MorphTarget, Skin};
 use super::{Indices, MeshError, Positions};
-use crate::build::{self, BuildOptions, Cancelled, Quality, Watch};
+use crate::build::{self, BuildOptions, BuildProgress, Cancelled, Quality};
 use crate::geometry::{Precision, Triangles, fingerprint};
 use crate::threads::Threads;
 use crate::traverse::MeshFrame;
@@ -142,16 +142,16 @@ impl Mesh {
     ///
     /// The quality is that of the options, whatever [`Mesh::with_quality`] says.
     pub fn bake(&self, options: &BuildOptions) -> Vec<u8> {
-        self.bake_watched(options, &Watch::new()).expect("nobody else can cancel this one")
+        self.bake_with_progress(options, &BuildProgress::new()).expect("nobody else can cancel this one")
     }
 
     /// The same, for whoever wants to know how far it is, or may call it off.
     ///
     /// # Errors
     /// The watch called it off.
-    pub fn bake_watched(&self, options: &BuildOptions, watch: &Watch) -> Result<Vec<u8>, Cancelled> {
+    pub fn bake_with_progress(&self, options: &BuildOptions, progress: &BuildProgress) -> Result<Vec<u8>, Cancelled> {
         let rest = self.at_rest();
-        Ok(build::watched(&rest, options, watch)?.to_bytes(&rest))
+        Ok(build::build_with_progress(&rest, options, progress)?.to_bytes(&rest))
     }
 
     /// What a baked tree is bound to: tells these positions and triangles from others, normals and skin left aside. See [`Triangles::fingerprint`].
@@ -223,5 +223,5 @@ impl Mesh {
 /// A tree over triangles where they are now.
 pub(super) fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> MeshBvh {
     let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
-    MeshBvh::new_watched(&build::triangles(triangles, &options), triangles, threads)
+    MeshBvh::new_on(&build::triangles(triangles, &options), triangles, threads)
 }

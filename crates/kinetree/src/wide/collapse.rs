@@ -63,7 +63,7 @@ pub(crate) trait Items: Send + Sync {
 
 /// Collapses a binary tree. The leaves are added to `items` in their order.
 pub(crate) fn collapse<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U) -> WideBvh {
-    write(binary, costs, threads, items, binary.node_count() > SMALL && !threads.is_alone())
+    write(binary, costs, threads, items, binary.node_count() > SMALL && !threads.is_single_and_unobserved())
 }
 
 fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U, in_parts: bool) -> WideBvh {
@@ -71,7 +71,7 @@ fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U
         return WideBvh::default();
     }
     // Wide nodes are about an eighth as many.
-    threads.stage(1.0, binary.node_count() + binary.node_count() / 8);
+    threads.begin_stage(1.0, binary.node_count() + binary.node_count() / 8);
     let collapse_costs = CollapseCosts::of(binary, costs, threads);
     if threads.is_cancelled() {
         return WideBvh::default();
@@ -85,7 +85,7 @@ fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U
         let mut written = Part { nodes: Vec::new(), items: empty.part(), item_count: 0 };
         if !threads.is_cancelled() {
             level.run(Write { part: &mut written, root: *root, roots: roots.clone(), parts: &mut std::iter::empty() });
-            threads.tick(written.nodes.len());
+            threads.advance(written.nodes.len());
         }
         *part = Some(written);
     });

@@ -102,7 +102,7 @@ impl<'a> CollapseCosts<'a> {
                 (0..piece.size()).for_each(|_| piece.push(Pair::UNKNOWN));
             } else {
                 level.run(Fill { nodes, costs, first, piece, open: &mut open });
-                threads.tick(2 * piece.size());
+                threads.advance(2 * piece.size());
             }
             open
         });

@@ -50,11 +50,11 @@ impl MeshBvh {
     /// # Panics
     /// When the tree is one over more triangles than there are.
     pub fn new(binary: &Bvh, triangles: &Triangles) -> Self {
-        Self::new_watched(binary, triangles, &Threads::one())
+        Self::new_on(binary, triangles, &Threads::one())
     }
 
     /// The same on these threads. When cancelled, any tree at all.
-    pub(crate) fn new_watched(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
+    pub(crate) fn new_on(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
         let mut leaves = Leaves::of(binary);
         let tree = collapse(binary, &COSTS, threads, &mut leaves);
         let blocks = leaves.blocks(triangles, threads);

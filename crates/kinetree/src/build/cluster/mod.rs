@@ -89,11 +89,11 @@ fn clustered_at(
     let mut top = Top::new(level);
     let mut chunks = Vec::new();
     split(&mut keys, &mut chunks, &mut top);
-    threads.stage(0.8, survey.primitives);
+    threads.begin_stage(0.8, survey.primitives);
     threads.for_each(&mut chunks, 1, &|_, chunk| {
         if !threads.is_cancelled() {
             chunk.cluster(&task);
-            threads.tick(chunk.keys.len());
+            threads.advance(chunk.keys.len());
         }
     });
     if threads.is_cancelled() {

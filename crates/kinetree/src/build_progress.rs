@@ -9,7 +9,7 @@ use thiserror::Error;
 ///
 /// A build that nobody watches pays nothing.
 #[derive(Debug, Clone, Default)]
-pub struct Watch(Arc<State>);
+pub struct BuildProgress(Arc<State>);
 
 /// The build was called off. Nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -32,7 +32,7 @@ struct State {
     units: AtomicU64,
 }
 
-impl Watch {
+impl BuildProgress {
     /// For one build, which has not begun.
     pub fn new() -> Self {
         Self::default()
@@ -58,7 +58,7 @@ impl Watch {
     /// Another stage begins, of so many units, when the last one has ended; it is taken to need
     /// `share` of what is left. Stages follow each other: whoever begins one is the only one at
     /// work. None begins once the build has been called off.
-    pub(crate) fn stage(&self, share: f32, units: usize) {
+    pub(crate) fn begin_stage(&self, share: f32, units: usize) {
         if self.is_cancelled() {
             return;
         }
@@ -72,7 +72,7 @@ impl Watch {
     }
 
     /// So many more units of the stage are done.
-    pub(crate) fn tick(&self, units: usize) {
+    pub(crate) fn advance(&self, units: usize) {
         let state = &*self.0;
         let done = state.done.fetch_add(units as u64, Ordering::Relaxed) + units as u64;
         let part = (done as f32 / state.units.load(Ordering::Relaxed) as f32).min(1.0);
@@ -106,28 +106,28 @@ mod tests {
 
     #[test]
     fn stages_share_what_is_left_and_only_the_end_is_one() {
-        let watch = Watch::new();
-        assert_eq!(watch.progress(), 0.0);
+        let progress = BuildProgress::new();
+        assert_eq!(progress.progress(), 0.0);
         let mut last = 0.0;
         for share in [0.5, 0.5, 0.9, 1.0, 1.0] {
-            watch.stage(share, 10);
+            progress.begin_stage(share, 10);
             for _ in 0..12 {
-                watch.tick(1);
-                assert!(watch.progress() >= last && watch.progress() < 1.0);
-                last = watch.progress();
+                progress.advance(1);
+                assert!(progress.progress() >= last && progress.progress() < 1.0);
+                last = progress.progress();
             }
         }
         assert!(last > 0.99);
-        assert_eq!(watch.finish(), Ok(()));
-        assert_eq!(watch.progress(), 1.0);
+        assert_eq!(progress.finish(), Ok(()));
+        assert_eq!(progress.progress(), 1.0);
     }
 
     #[test]
     fn every_clone_can_call_it_off() {
-        let watch = Watch::new();
-        watch.clone().cancel();
-        assert!(watch.is_cancelled());
-        assert_eq!(watch.finish(), Err(Cancelled));
-        assert!(watch.progress() < 1.0);
+        let progress = BuildProgress::new();
+        progress.clone().cancel();
+        assert!(progress.is_cancelled());
+        assert_eq!(progress.finish(), Err(Cancelled));
+        assert!(progress.progress() < 1.0);
     }
 }

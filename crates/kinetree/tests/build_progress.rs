@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use common::{Backwards, Random, grid};
-use kinetree::build::{self, BuildOptions, Cancelled, Quality, Watch};
+use kinetree::build::{self, BuildOptions, BuildProgress, Cancelled, Quality};
 use kinetree::geometry::Triangles;
 use kinetree::{Executor, Mesh, MeshBvh, Threads};
 
@@ -29,21 +29,21 @@ fn build_and_look(
     options: &BuildOptions,
     cancel_at: f32,
 ) -> (Result<MeshBvh, Cancelled>, Vec<f32>) {
-    let (watch, ended) = (Watch::new(), AtomicBool::new(false));
+    let (progress, ended) = (BuildProgress::new(), AtomicBool::new(false));
     std::thread::scope(|scope| {
         let looker = scope.spawn(|| {
             let mut seen = vec![];
             while !ended.load(Ordering::Acquire) {
-                seen.push(watch.progress());
-                if watch.progress() >= cancel_at {
-                    watch.cancel();
+                seen.push(progress.progress());
+                if progress.progress() >= cancel_at {
+                    progress.cancel();
                 }
                 std::thread::sleep(Duration::from_micros(100));
             }
-            seen.push(watch.progress());
+            seen.push(progress.progress());
             seen
         });
-        let built = build::watched(triangles, options, &watch);
+        let built = build::build_with_progress(triangles, options, &progress);
         ended.store(true, Ordering::Release);
         (built, looker.join().unwrap())
     })
@@ -72,16 +72,16 @@ fn a_watched_build_gives_the_same_tree_and_only_ever_comes_nearer() {
 
 /// Looks at the watch after every job.
 struct Looking {
-    watch: Watch,
+    progress: BuildProgress,
     seen: Mutex<Vec<f32>>,
 }
 
 impl Executor for Looking {
     fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
         one();
-        self.seen.lock().unwrap().push(self.watch.progress());
+        self.seen.lock().unwrap().push(self.progress.progress());
         other();
-        self.seen.lock().unwrap().push(self.watch.progress());
+        self.seen.lock().unwrap().push(self.progress.progress());
     }
 }
 
@@ -89,9 +89,9 @@ impl Executor for Looking {
 fn progress_is_seen_on_the_way() {
     let geometry = triangles_of(&grid(300, 1.0));
     for quality in QUALITIES {
-        let watch = Watch::new();
-        let looking = Arc::new(Looking { watch: watch.clone(), seen: Mutex::default() });
-        build::watched(&geometry, &options(quality, Threads::of(looking.clone())), &watch).unwrap();
+        let progress = BuildProgress::new();
+        let looking = Arc::new(Looking { progress: progress.clone(), seen: Mutex::default() });
+        build::build_with_progress(&geometry, &options(quality, Threads::of(looking.clone())), &progress).unwrap();
         let mut seen = looking.seen.lock().unwrap().clone();
         assert!(seen.is_sorted(), "{quality:?}: {seen:?}");
         seen.dedup();
@@ -125,18 +125,18 @@ fn a_build_that_is_cancelled_on_the_way_gives_no_tree_wherever_it_is() {
 #[test]
 fn a_build_that_is_cancelled_beforehand_never_begins() {
     let geometry = triangles_of(&grid(20, 1.0));
-    let watch = Watch::new();
-    watch.cancel();
+    let progress = BuildProgress::new();
+    progress.cancel();
     for quality in QUALITIES {
-        let built = build::watched(&geometry, &options(quality, Threads::default()), &watch);
+        let built = build::build_with_progress(&geometry, &options(quality, Threads::default()), &progress);
         assert_eq!(built.err(), Some(Cancelled), "{quality:?}");
     }
-    assert!(watch.progress() < 1.0);
+    assert!(progress.progress() < 1.0);
 }
 
 /// Calls a build off when it has come so far, and runs one job after the other.
 struct Cancelling {
-    watch: Watch,
+    progress: BuildProgress,
     at: f32,
     /// How far the build was when it was called off.
     was: Mutex<Option<f32>>,
@@ -145,9 +145,9 @@ struct Cancelling {
 impl Cancelling {
     fn look(&self) {
         let mut was = self.was.lock().unwrap();
-        if was.is_none() && self.watch.progress() >= self.at {
-            self.watch.cancel();
-            *was = Some(self.watch.progress());
+        if was.is_none() && self.progress.progress() >= self.at {
+            self.progress.cancel();
+            *was = Some(self.progress.progress());
         }
     }
 }
@@ -167,13 +167,14 @@ fn a_build_that_is_cancelled_does_hardly_anything_more() {
     for quality in QUALITIES {
         let mut cancelled = 0;
         for percent in 1..100 {
-            let (watch, at) = (Watch::new(), percent as f32 / 100.0);
-            let cancelling = Arc::new(Cancelling { watch: watch.clone(), at, was: Mutex::new(None) });
-            let built = build::watched(&geometry, &options(quality, Threads::of(cancelling.clone())), &watch);
+            let (progress, at) = (BuildProgress::new(), percent as f32 / 100.0);
+            let cancelling = Arc::new(Cancelling { progress: progress.clone(), at, was: Mutex::new(None) });
+            let built =
+                build::build_with_progress(&geometry, &options(quality, Threads::of(cancelling.clone())), &progress);
             let Some(was) = *cancelling.was.lock().unwrap() else { continue };
             assert_eq!(built.err(), Some(Cancelled), "{quality:?} at {percent} %");
-            let more = watch.progress() - was;
-            assert!(more <= 0.01, "{quality:?}: cancelled at {was}, went on to {}", watch.progress());
+            let more = progress.progress() - was;
+            assert!(more <= 0.01, "{quality:?}: cancelled at {was}, went on to {}", progress.progress());
             cancelled += 1;
         }
         // Beyond that, nothing is shared between threads any more.

@@ -1,22 +1,22 @@
 //! From triangles to the tree that rays walk, in one go, with somebody watching.
 
 use super::{BuildOptions, triangles};
+use crate::build_progress::{BuildProgress, Cancelled};
 use crate::geometry::Triangles;
-use crate::watch::{Cancelled, Watch};
 use crate::wide::MeshBvh;
 
 /// The tree over all triangles that rays walk: [`triangles()`], collapsed. The tree is the same whether or not it is watched.
 ///
 /// ```
-/// use kinetree::build::{self, BuildOptions, Watch};
+/// use kinetree::build::{self, BuildOptions, BuildProgress};
 /// use kinetree::geometry::Triangles;
 ///
 /// # let triangles = Triangles::default();
-/// let watch = Watch::new();
+/// let progress = BuildProgress::new();
 /// let tree = std::thread::scope(|scope| {
-///     let build = scope.spawn(|| build::watched(&triangles, &BuildOptions::default(), &watch));
+///     let build = scope.spawn(|| build::build_with_progress(&triangles, &BuildOptions::default(), &progress));
 ///     while !build.is_finished() {
-///         println!("{:.0} %", watch.progress() * 100.0); // or watch.cancel()
+///         println!("{:.0} %", progress.progress() * 100.0); // or progress.cancel()
 ///         std::thread::yield_now();
 ///     }
 ///     build.join().unwrap()
@@ -30,10 +30,14 @@ use crate::wide::MeshBvh;
 ///
 /// # Panics
 /// When there are more triangles than 2^27.
-pub fn watched(of: &Triangles, options: &BuildOptions, watch: &Watch) -> Result<MeshBvh, Cancelled> {
-    let options = BuildOptions { threads: options.threads.watched_by(watch), ..options.clone() };
+pub fn build_with_progress(
+    of: &Triangles,
+    options: &BuildOptions,
+    progress: &BuildProgress,
+) -> Result<MeshBvh, Cancelled> {
+    let options = BuildOptions { threads: options.threads.with_progress(progress), ..options.clone() };
     let binary = triangles(of, &options);
-    let tree = MeshBvh::new_watched(&binary, of, &options.threads);
-    watch.finish()?;
+    let tree = MeshBvh::new_on(&binary, of, &options.threads);
+    progress.finish()?;
     Ok(tree)
 }
