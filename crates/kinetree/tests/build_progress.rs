@@ -57,7 +57,7 @@ fn a_watched_build_gives_the_same_tree_and_only_ever_comes_nearer() {
     {
         for quality in QUALITIES {
             let alone = options(quality, Threads::one());
-            let expected = MeshBvh::new(&build::triangles(&geometry, &alone), &geometry);
+            let expected = MeshBvh::new(&build::build_triangles(&geometry, &alone), &geometry);
             for threads in [Threads::one(), Threads::default(), Threads::of(Arc::new(Backwards))] {
                 let (built, seen) = build_and_look(&geometry, &options(quality, threads), f32::INFINITY);
                 let built = built.unwrap();

@@ -188,15 +188,15 @@ fn grown(triangles: &Triangles) -> Vec<(String, Bvh)> {
     let bounds_of = |triangle| triangles.bounds_of(triangle);
     let boxes: Vec<Aabb> = (0..triangles.len() as u32).map(bounds_of).collect();
     let mut trees = vec![
-        ("binned".into(), build::binned(triangles.len(), bounds_of, &options)),
-        ("clustered".into(), build::clustered(triangles.len(), bounds_of, &options)),
-        ("spatial".into(), build::spatial(triangles, &options)),
+        ("binned".into(), build::build_binned(triangles.len(), bounds_of, &options)),
+        ("clustered".into(), build::build_clustered(triangles.len(), bounds_of, &options)),
+        ("spatial".into(), build::build_spatial(triangles, &options)),
         ("agglomerate".into(), build::agglomerate(&boxes).bvh),
     ];
     for quality in QUALITIES {
         let mut options = options.clone();
         options.quality = quality;
-        trees.push((format!("{quality:?}"), build::triangles(triangles, &options)));
+        trees.push((format!("{quality:?}"), build::build_triangles(triangles, &options)));
     }
     trees
 }

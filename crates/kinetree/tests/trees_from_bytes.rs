@@ -17,7 +17,7 @@ fn triangles_of(mesh: &Mesh) -> Triangles {
 fn grown(triangles: &Triangles, quality: Quality) -> MeshBvh {
     let mut options = BuildOptions::default();
     options.quality = quality;
-    MeshBvh::new(&build::triangles(triangles, &options), triangles)
+    MeshBvh::new(&build::build_triangles(triangles, &options), triangles)
 }
 
 /// Long thin triangles that lie askew, which spatial splits cut.

@@ -18,7 +18,7 @@ use crate::tree::Bvh;
 ///
 /// # Panics
 /// When there are more primitives than 2^27.
-pub fn binned(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: &BuildOptions) -> Bvh {
+pub fn build_binned(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: &BuildOptions) -> Bvh {
     let references = references(count, 0, &bounds_of, &options.threads);
     grow(references, &Binned { node_cost: options.node_cost }, options)
 }

@@ -1,6 +1,6 @@
 //! Growing trees: choosing a cut is one thing, carrying it out is another.
 //!
-//! [`clustered()`] is for what is rebuilt every frame, [`binned()`] for what is built while the game runs,
+//! [`build_clustered()`] is for what is rebuilt every frame, [`build_binned()`] for what is built while the game runs,
 //! [`spatial()`] for what is built once and traced for long, [`agglomerate()`] for the top level, over the boxes of instances.
 
 mod agglomerate;
@@ -21,9 +21,9 @@ mod with_progress;
 
 pub use crate::build_progress::{BuildProgress, Cancelled};
 pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
-pub use binned::binned;
-pub use cluster::clustered;
+pub use binned::build_binned;
+pub use cluster::build_clustered;
 pub use options::{BuildOptions, Quality};
-pub use spatial::spatial;
-pub use triangles::triangles;
+pub use spatial::build_spatial;
+pub use triangles::build_triangles;
 pub use with_progress::build_with_progress;

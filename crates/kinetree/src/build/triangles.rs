@@ -2,7 +2,7 @@
 
 use super::cluster::clustered_from_branches;
 use super::reinsert::reinsert;
-use super::{BuildOptions, Quality, clustered, spatial};
+use super::{BuildOptions, Quality, build_clustered, build_spatial};
 use crate::geometry::Triangles;
 use crate::tree::Bvh;
 
@@ -16,15 +16,15 @@ const BATCHES_OF_THE_BEST: [f32; 5] = [0.1, 0.06, 0.06, 0.06, 0.04];
 ///
 /// # Panics
 /// When there are more triangles than 2^27.
-pub fn triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
+pub fn build_triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     // Leaves as large as a block of the wide tree, where a box costs more than the tests behind it: half the nodes to be moved and collapsed.
     let full = BuildOptions { max_leaf: 4, node_cost: 4.0, ..options.clone() };
     let bounds_of = |triangle| triangles.bounds_of(triangle);
-    let clustered = || clustered(triangles.len(), bounds_of, &full);
+    let clustered = || build_clustered(triangles.len(), bounds_of, &full);
     match options.quality {
         Quality::Fastest => clustered_from_branches(triangles.len(), bounds_of, &full),
-        Quality::Fast => reinsert(clustered(), &BATCHES_OF_THE_FAST, &options.threads),
-        Quality::Balanced => reinsert(clustered(), &BATCHES, &options.threads),
-        Quality::Best => reinsert(spatial(triangles, &full), &BATCHES_OF_THE_BEST, &options.threads),
+        Quality::Fast => reinsert(build_clustered(), &BATCHES_OF_THE_FAST, &options.threads),
+        Quality::Balanced => reinsert(build_clustered(), &BATCHES, &options.threads),
+        Quality::Best => reinsert(build_spatial(triangles, &full), &BATCHES_OF_THE_BEST, &options.threads),
     }
 }

@@ -223,5 +223,5 @@ impl Mesh {
 /// A tree over triangles where they are now.
 pub(super) fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> MeshBvh {
     let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
-    MeshBvh::new_on(&build::triangles(triangles, &options), triangles, threads)
+    MeshBvh::new_on(&build::build_triangles(triangles, &options), triangles, threads)
 }

@@ -1,7 +1,7 @@
 //! The tree over all instances of a frame.
 
 use super::report::TopLevelMethod;
-use crate::build::{BuildOptions, agglomerate, binned};
+use crate::build::{BuildOptions, agglomerate, build_binned};
 use crate::geometry::inverse::{Inverse, PAID_BY_RAYS};
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine, UNIT_ROUNDOFF};
@@ -21,7 +21,7 @@ pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (TopLeve
         return (TopLevelBvh::new(&agglomerate(&solid).bvh.renumbered(&numbers), far), TopLevelMethod::Clustered);
     }
     let options = BuildOptions { threads: threads.clone(), ..BuildOptions::single() };
-    let tree = binned(solid.len(), |i| solid[i as usize], &options);
+    let tree = build_binned(solid.len(), |i| solid[i as usize], &options);
     (TopLevelBvh::new(&tree.renumbered(&numbers), far), TopLevelMethod::Binned)
 }
 

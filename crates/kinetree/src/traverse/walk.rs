@@ -73,7 +73,7 @@ pub fn walk<T: Tally>(tree: &Bvh, visitor: &mut impl Visitor<T>, tally: &mut T) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, binned};
+    use crate::build::{BuildOptions, build_binned};
     use crate::geometry::slab::ErrorBound;
     use crate::geometry::{Ray, SafeRay};
     use crate::traverse::Work;
@@ -109,7 +109,7 @@ mod tests {
             })
             .collect();
         let options = BuildOptions { max_leaf: 1, ..BuildOptions::default() };
-        let tree = binned(boxes.len(), |i| boxes[i as usize], &options);
+        let tree = build_binned(boxes.len(), |i| boxes[i as usize], &options);
         for i in 0..500 {
             let direction = [(i % 7) as f32 - 3.1, (i % 11) as f32 - 4.9, (i % 13) as f32 - 6.2];
             let ray = SafeRay::new(

@@ -40,7 +40,7 @@ pub fn drift(built: &Bvh, now: &Bvh) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, binned};
+    use crate::build::{BuildOptions, build_binned};
     use crate::geometry::Aabb;
     use crate::threads::Threads;
     use crate::update::refit;
@@ -49,7 +49,7 @@ mod tests {
     fn a_tree_drifts_when_neighbours_part_and_not_when_all_move_together() {
         let row =
             |place: fn(u32) -> f32| move |i: u32| Aabb::from_points([[place(i), 0.0, 0.0], [place(i) + 0.5, 1.0, 1.0]]);
-        let built = binned(256, row(|i| i as f32), &BuildOptions::default());
+        let built = build_binned(256, row(|i| i as f32), &BuildOptions::default());
         let mut spare = Bvh::default();
         refit(&built, &mut spare, row(|i| i as f32 + 40.0), &Threads::one());
         assert!((drift(&built, &spare).unwrap() - 1.0).abs() < 1e-3);
@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn there_is_no_drift_without_an_area() {
         let boxes = |size: f32| move |i: u32| Aabb::from_points([[i as f32 * size; 3], [(i + 1) as f32 * size; 3]]);
-        let built = binned(64, boxes(1.0), &BuildOptions::default());
+        let built = build_binned(64, boxes(1.0), &BuildOptions::default());
         assert_eq!(drift(&Bvh::default(), &Bvh::default()), None);
         for size in [0.0, 1e37] {
             let mut spare = Bvh::default();

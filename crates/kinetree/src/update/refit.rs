@@ -36,7 +36,7 @@ pub fn refit(current: &Bvh, spare: &mut Bvh, bounds_of: impl Fn(u32) -> Aabb + S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{BuildOptions, binned};
+    use crate::build::{BuildOptions, build_binned};
 
     fn boxes(count: u32, bend: f32) -> Vec<Aabb> {
         (0..count)
@@ -52,9 +52,9 @@ mod tests {
     fn refit_restores_the_promises_and_leaves_the_old_tree_alone() {
         for count in [0, 1, 2, 500, 5000] {
             let (still, bent) = (boxes(count, 0.0), boxes(count, 3.0));
-            let built = binned(still.len(), |i| still[i as usize], &BuildOptions::default());
+            let built = build_binned(still.len(), |i| still[i as usize], &BuildOptions::default());
             let before = built.nodes().to_vec();
-            let mut spare = binned(3, |i| boxes(3, 1.0)[i as usize], &BuildOptions::default());
+            let mut spare = build_binned(3, |i| boxes(3, 1.0)[i as usize], &BuildOptions::default());
             for _ in 0..2 {
                 refit(&built, &mut spare, |i| bent[i as usize], &Threads::default());
                 assert_eq!(spare.validate(), Ok(()));
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn a_refitted_leaf_is_as_small_as_its_primitives() {
         let (still, bent) = (boxes(300, 0.0), boxes(300, 1.5));
-        let built = binned(300, |i| still[i as usize], &BuildOptions::default());
+        let built = build_binned(300, |i| still[i as usize], &BuildOptions::default());
         let mut spare = Bvh::default();
         refit(&built, &mut spare, |i| bent[i as usize], &Threads::one());
         for node in spare.nodes() {

@@ -319,7 +319,7 @@ mod tests {
                     Aabb::new(corner, corner.map(|x| x + 0.02 * random()))
                 })
                 .collect();
-            let binary = build::clustered(count, |i| boxes[i as usize], &build::BuildOptions::default());
+            let binary = build::build_clustered(count, |i| boxes[i as usize], &build::BuildOptions::default());
             let (mut places, mut in_parts) = (Places::default(), Places::default());
             let tree = write(&binary, &COSTS, &Threads::one(), &mut places, false);
             let other = write(&binary, &COSTS, &Threads::default(), &mut in_parts, true);

@@ -280,7 +280,7 @@ mod tests {
         for count in [1_u32, 2, 3, 5, 8, 11] {
             let at = |i: u32| [i % 3, i * i % 7, i * 5 % 11].map(|x| x as f32);
             let bounds_of = |i: u32| Aabb::new(at(i), at(i).map(|x| x + 1.0 + i as f32 * 0.1));
-            let binary = build::clustered(count as usize, bounds_of, &build::BuildOptions::default());
+            let binary = build::build_clustered(count as usize, bounds_of, &build::BuildOptions::default());
             let collapse_costs = CollapseCosts::of(&binary, &COSTS, &Threads::one());
             for node in 0..binary.node_count() as u32 {
                 let found = collapse_costs.of_node(node).expect("nothing cancels");

@@ -89,7 +89,7 @@ mod tests {
 
     fn tree(quality: Quality) -> MeshBvh {
         let options = BuildOptions { quality, ..BuildOptions::default() };
-        MeshBvh::new(&build::triangles(&needles(), &options), &needles())
+        MeshBvh::new(&build::build_triangles(&needles(), &options), &needles())
     }
 
     /// What is said of a tree with another box in a lane of a leaf, and as large ones around it as

@@ -46,7 +46,7 @@ const PIECE: usize = 4096;
 ///
 /// # Panics
 /// When there are more primitives than 2^27.
-pub fn clustered(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: &BuildOptions) -> Bvh {
+pub fn build_clustered(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, options: &BuildOptions) -> Bvh {
     clustered_at(Level::current(), count, bounds_of, options, 1)
 }
 

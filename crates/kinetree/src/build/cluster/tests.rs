@@ -166,7 +166,7 @@ fn trees_are_about_as_good_as_those_of_binning() {
     for seed in 0..5 {
         let boxes = random_boxes(seed, 20_000, 10.0, 0.4);
         let options = BuildOptions { threads: Threads::one(), ..BuildOptions::default() };
-        let binned = super::super::binned(boxes.len(), |id| boxes[id as usize], &options).cost(1.0, 1.0);
+        let binned = super::super::build_binned(boxes.len(), |id| boxes[id as usize], &options).cost(1.0, 1.0);
         for build in BUILDS {
             let cost = build(&boxes, 2, Threads::one(), Level::current()).cost(1.0, 1.0);
             assert!(cost < 1.15 * binned, "seed {seed}: {cost} against {binned}");

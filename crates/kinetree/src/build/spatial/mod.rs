@@ -26,7 +26,7 @@ use parts::Parts;
 ///
 /// # Panics
 /// When there are more triangles than 2^27.
-pub fn spatial(triangles: &Triangles, options: &BuildOptions) -> Bvh {
+pub fn build_spatial(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let threads = &options.threads;
     let parts = Parts::of(triangles);
     let usual = Budget::usual(triangles.len());

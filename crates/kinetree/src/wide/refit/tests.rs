@@ -45,7 +45,7 @@ fn soup(count: u32, size: f32, random: &mut Random) -> (Vec<[f32; 3]>, Arc<[[u32
 fn tree_of(positions: &[[f32; 3]], indices: &Arc<[[u32; 3]]>, quality: Quality) -> MeshBvh {
     let triangles = Triangles::new(positions.to_vec(), indices.clone()).expect("indices in range");
     let options = BuildOptions { quality, threads: Threads::one(), ..BuildOptions::default() };
-    MeshBvh::new(&build::triangles(&triangles, &options), &triangles)
+    MeshBvh::new(&build::build_triangles(&triangles, &options), &triangles)
 }
 
 /// All bits that a refit writes. The sign of zero does not count: which of two zeros is the smaller one depends on the order of looking.
