@@ -1,6 +1,6 @@
 //! Clustering a stretch of the curve: every branch of the tree that the codes make is merged down to a few clusters before its parent is.
 
-use super::front::{FEW, FULL, Front, Merger, NEAR, RADIUS};
+use super::active_clusters::{ActiveClusters, FEW, FULL, Merger, NEAR, RADIUS};
 use super::pair::{Cluster, Kind, Pair};
 use crate::build::fast_box::FastBox;
 use crate::geometry::Aabb;
@@ -43,7 +43,7 @@ impl Chunk<'_> {
             leaves: &leaves,
             chains: self.keys,
             pairs: &mut self.pairs,
-            front: Front::new(),
+            active: ActiveClusters::new(),
             waiting: Vec::new(),
         };
         work.branch(0, leaves.clusters.len());
@@ -127,7 +127,7 @@ struct Work<'a> {
     leaves: &'a Leaves,
     chains: &'a mut [u64],
     pairs: &'a mut Vec<Pair>,
-    front: Front,
+    active: ActiveClusters,
     /// Clusters of branches whose parents are still to come.
     waiting: Vec<Cluster>,
 }
@@ -137,9 +137,9 @@ impl Work<'_> {
     fn branch(&mut self, start: usize, end: usize) {
         let reach = if self.task.first_leaf > 1 { OF_BRANCHES } else { (NEAR, RADIUS) };
         let before = self.waiting.len();
-        self.front.clear();
+        self.active.clear();
         let radius = if end - start <= FULL {
-            self.leaves.clusters[start..end].iter().for_each(|leaf| self.front.push(leaf));
+            self.leaves.clusters[start..end].iter().for_each(|leaf| self.active.push(leaf));
             reach.0
         } else {
             let middle = start + fork(&self.leaves.keys[start..end]);
@@ -148,14 +148,14 @@ impl Work<'_> {
             if self.waiting.len() - before <= FEW {
                 return;
             }
-            self.front.clear();
-            self.waiting.drain(before..).for_each(|cluster| self.front.push(&cluster));
+            self.active.clear();
+            self.waiting.drain(before..).for_each(|cluster| self.active.push(&cluster));
             reach.1
         };
         let Task { leaf_limit, node_cost, level, .. } = *self.task;
         let mut merger = Merger { pairs: self.pairs, chains: self.chains, leaf_limit, node_cost };
-        self.front.reduce(FEW, radius, level, &mut merger);
-        self.waiting.extend(self.front.clusters());
+        self.active.reduce(FEW, radius, level, &mut merger);
+        self.waiting.extend(self.active.clusters());
     }
 }
 

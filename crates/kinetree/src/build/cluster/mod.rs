@@ -9,7 +9,7 @@
 
 mod chunk;
 mod emit;
-mod front;
+mod active_clusters;
 mod pair;
 #[cfg(test)]
 mod tests;
@@ -70,12 +70,12 @@ fn clustered_at(
 ) -> Bvh {
     assert!(count <= pair::MAX_PRIMITIVES, "{count} primitives have no room in a tree");
     let threads = &options.threads;
-    let (boxes, survey) = Survey::of(count, &bounds_of, threads);
-    if survey.primitives == 0 {
+    let (boxes, summary) = BoxSummary::of(count, &bounds_of, threads);
+    if summary.primitives == 0 {
         return Bvh::default();
     }
     let primitive_bits = count.next_power_of_two().ilog2();
-    let mut keys = survey.keys(&boxes, primitive_bits, threads);
+    let mut keys = summary.keys(&boxes, primitive_bits, threads);
     sort(&mut keys, primitive_bits, primitive_bits + CODE_BITS.min(64 - primitive_bits), threads);
 
     let task = Task {
@@ -89,7 +89,7 @@ fn clustered_at(
     let mut top = Top::new(level);
     let mut chunks = Vec::new();
     split(&mut keys, &mut chunks, &mut top);
-    threads.begin_stage(0.8, survey.primitives);
+    threads.begin_stage(0.8, summary.primitives);
     threads.for_each(&mut chunks, 1, &|_, chunk| {
         if !threads.is_cancelled() {
             chunk.cluster(&task);
@@ -97,7 +97,7 @@ fn clustered_at(
         }
     });
     if threads.is_cancelled() {
-        return unfinished(survey.centers, 0);
+        return unfinished(summary.centers, 0);
     }
     // The tree can have their memory.
     drop(boxes);
@@ -118,13 +118,13 @@ fn split<'a>(keys: &'a mut [u64], chunks: &mut Vec<Chunk<'a>>, top: &mut Top) {
 }
 
 /// What has to be known of all boxes.
-struct Survey {
+struct BoxSummary {
     centers: Aabb,
     /// Whose box is not empty.
     primitives: usize,
 }
 
-impl Survey {
+impl BoxSummary {
     /// All boxes, those without a point empty, and what has to be known of them.
     fn of(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> (Vec<Aabb>, Self) {
         let (boxes, parts) = vec_in_chunks(count, PIECE, threads, &|first, piece| {

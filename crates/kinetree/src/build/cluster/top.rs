@@ -1,9 +1,9 @@
 //! The top of the tree: what is left of the chunks is merged, and the whole is written down.
 
 use super::super::reference::GRAIN;
+use super::active_clusters::{ActiveClusters, FEW, Merger, RADIUS};
 use super::chunk::Chunk;
 use super::emit::{self, Subtree, balanced_height};
-use super::front::{FEW, Front, Merger, RADIUS};
 use super::pair::{Cluster, Half, Kind, Pair, half};
 use crate::geometry::Aabb;
 use crate::memory::vec_in_large_pages;
@@ -66,7 +66,7 @@ impl Top {
     }
 
     fn merge(&self, clusters: &[Cluster], chunks: &[Chunk<'_>], pairs: &mut Vec<Pair>) -> Cluster {
-        let mut front = Front::new();
+        let mut active = ActiveClusters::new();
         let mut merger = Merger { pairs, chains: &mut [], leaf_limit: NO_CHAINS, node_cost: 0.0 };
         let (mut sizes, mut chunks) = (chunks.iter().map(|chunk| chunk.clusters.len()), Vec::<usize>::new());
         let (mut rest, mut waiting) = (clusters, Vec::<Cluster>::new());
@@ -80,19 +80,19 @@ impl Top {
                 }
                 Step::Join => {
                     let both = chunks.pop().unwrap_or(0) + chunks.pop().unwrap_or(0);
-                    front.clear();
-                    waiting.drain(waiting.len() - both..).for_each(|cluster| front.push(&cluster));
-                    front.reduce(FEW, RADIUS, self.level, &mut merger);
+                    active.clear();
+                    waiting.drain(waiting.len() - both..).for_each(|cluster| active.push(&cluster));
+                    active.reduce(FEW, RADIUS, self.level, &mut merger);
                     let before = waiting.len();
-                    waiting.extend(front.clusters());
+                    waiting.extend(active.clusters());
                     chunks.push(waiting.len() - before);
                 }
             }
         }
-        front.clear();
-        waiting.iter().for_each(|cluster| front.push(cluster));
-        front.reduce(1, RADIUS, self.level, &mut merger);
-        front.clusters().next().expect("there is a primitive, and so a cluster")
+        active.clear();
+        waiting.iter().for_each(|cluster| active.push(cluster));
+        active.reduce(1, RADIUS, self.level, &mut merger);
+        active.clusters().next().expect("there is a primitive, and so a cluster")
     }
 }
 

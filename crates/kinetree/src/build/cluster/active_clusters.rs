@@ -35,7 +35,7 @@ const _: () = assert!(2 * RADIUS as u32 <= PLACE_MASK);
 const ALONE: u32 = f32::INFINITY.to_bits();
 
 /// Clusters, their boxes one plane at a time.
-pub(super) struct Front {
+pub(super) struct ActiveClusters {
     len: usize,
     min: [[f32; ROOM]; 3],
     max: [[f32; ROOM]; 3],
@@ -53,7 +53,7 @@ pub(super) struct Merger<'a> {
     pub(super) node_cost: f32,
 }
 
-impl Front {
+impl ActiveClusters {
     pub(super) fn new() -> Self {
         // Who is everywhere is nobody's best partner.
         Self {
@@ -86,7 +86,7 @@ impl Front {
     /// Merges until no more than `few` are left; each looks at most `radius` places to both sides.
     pub(super) fn reduce(&mut self, few: usize, radius: usize, level: Level, merger: &mut Merger<'_>) {
         if self.len > few {
-            level.run(Reduce { front: self, few, radius, merger });
+            level.run(Reduce { active: self, few, radius, merger });
         }
     }
 
@@ -224,16 +224,16 @@ fn joint_areas(a: &[&[f32; LANES]; 6], b: &[&[f32; LANES]; 6]) -> [f32; LANES] {
 impl Merger<'_> {
     /// Two leaves that are small enough become one if that is cheaper; others become the children of a node.
     #[inline(always)]
-    fn join(&mut self, front: &Front, left: usize, right: usize) -> Kind {
-        let (one, other) = (front.kinds[left], front.kinds[right]);
+    fn join(&mut self, active: &ActiveClusters, left: usize, right: usize) -> Kind {
+        let (one, other) = (active.kinds[left], active.kinds[right]);
         let primitives = one.primitives + other.primitives;
         let may_be_leaf = one.height == 1 && other.height == 1 && primitives <= self.leaf_limit;
-        if may_be_leaf && self.is_cheaper_as_leaf(primitives, || [left, right].map(|at| front.cluster(at))) {
+        if may_be_leaf && self.is_cheaper_as_leaf(primitives, || [left, right].map(|at| active.cluster(at))) {
             return one.chained(&other, self.chains);
         }
         let link = self.pairs.len() as u32;
         self.pairs.push(Pair {
-            bounds: [front.bounds(left), front.bounds(right)],
+            bounds: [active.bounds(left), active.bounds(right)],
             links: [one.link, other.link],
             heights: [one.height, other.height],
         });
@@ -254,7 +254,7 @@ impl Merger<'_> {
 }
 
 struct Reduce<'a, 'b> {
-    front: &'a mut Front,
+    active: &'a mut ActiveClusters,
     few: usize,
     radius: usize,
     merger: &'a mut Merger<'b>,
@@ -265,14 +265,15 @@ impl Kernel for Reduce<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { front, few, radius, merger } = self;
-        while front.len > few {
-            let before = front.len;
-            let partners = front.partners(radius);
-            front.merge(&partners, merger);
-            if front.len == before {
+        let Self { active, few, radius, merger } = self;
+        while active.len > few {
+            let before = active.len;
+            let partners = active.partners(radius);
+            active.merge(&partners, merger);
+            if active.len == before {
                 // Areas beyond measure: neighbours.
-                front.merge(&std::array::from_fn(|at| if at | 1 < before { at as u32 ^ 1 } else { at as u32 }), merger);
+                active
+                    .merge(&std::array::from_fn(|at| if at | 1 < before { at as u32 ^ 1 } else { at as u32 }), merger);
             }
         }
     }
