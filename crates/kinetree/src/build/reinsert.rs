@@ -2,7 +2,7 @@
 //!
 //! A top-down builder decides high up what it can only know further down. So the largest nodes, which most rays meet, look for a better place: away from their
 //! sibling, and beside any other node of the tree. How much area a move saves follows from the boxes on the way up and down, and a search that cannot beat the best
-//! place so far is broken off. All searches of a batch look at the same tree, at the same time; then the moves are made, best first,
+//! place so far is broken off. All searches of a batch look at the same tree, at the same time; then the moves are result, best first,
 //! except those that touch what an earlier one has changed.
 //!
 //! Bittner, Hapala and Havran 2013, "Fast Insertion-Based Optimization of Bounding Volume Hierarchies"; in parallel after Meister and Bittner 2018, "Parallel
@@ -28,7 +28,7 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     if bvh.node_count() < 5 || !finite {
         return bvh;
     }
-    let mut tree = Loose::of(bvh);
+    let mut tree = ParentedTree::of(bvh);
     let mut undo = Vec::with_capacity(batches.len());
     threads.begin_stage(0.8, (tree.nodes.len() as f32 * batches.iter().sum::<f32>()) as usize);
     for share in batches {
@@ -36,9 +36,9 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
             break;
         }
         let moves = tree.search((tree.nodes.len() as f32 * share) as usize, threads);
-        let made = tree.carry_out(&moves);
-        let helps = made.saved > 0.0;
-        undo.push(made.before);
+        let result = tree.carry_out(&moves);
+        let helps = result.saved > 0.0;
+        undo.push(result.undo);
         if !helps {
             tree.take_back(undo.pop().unwrap_or_default());
             break;
@@ -55,7 +55,7 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
 
 /// A tree whose nodes stand in no order, but know their parents. Children are neighbours, the first
 /// with an odd number (promise 7 of [`Bvh`]).
-struct Loose {
+struct ParentedTree {
     nodes: Vec<Node>,
     parents: Vec<u32>,
     primitives: Vec<u32>,
@@ -82,7 +82,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn of(tree: &'a Loose, from: u32) -> Self {
+    fn of(tree: &'a ParentedTree, from: u32) -> Self {
         let bounds = FastBox::from(tree.bounds(from));
         let best = Move { from, to: 0, gain: 0.0 };
         Self { nodes: &tree.nodes, own_area: bounds.half_area(), bounds, best, open: Vec::with_capacity(64) }
@@ -136,17 +136,17 @@ impl<'a> Search<'a> {
 }
 
 /// What a batch has done.
-struct Made {
+struct BatchResult {
     /// By how much the area of all inner nodes has fallen.
     saved: f64,
     /// What was there before.
-    before: Before,
+    undo: UndoLog,
 }
 
 /// Nodes as they were, in the order in which they were overwritten.
-type Before = Vec<(u32, Node)>;
+type UndoLog = Vec<(u32, Node)>;
 
-impl Loose {
+impl ParentedTree {
     fn of(bvh: Bvh) -> Self {
         let (nodes, primitives, distinct) = bvh.into_parts();
         let mut parents = vec_in_large_pages(nodes.len());
@@ -254,45 +254,45 @@ impl Loose {
     }
 
     /// Makes the moves that do not touch what others have changed.
-    fn carry_out(&mut self, moves: &[Move]) -> Made {
+    fn carry_out(&mut self, moves: &[Move]) -> BatchResult {
         let mut touched = vec![false; self.nodes.len()];
-        let mut made = Made { saved: 0.0, before: Vec::new() };
+        let mut result = BatchResult { saved: 0.0, undo: Vec::new() };
         for one in moves {
             let around = [one.to, one.from, self.sibling(one.from), self.parent(one.to), self.parent(one.from)];
             if around.iter().any(|&node| touched[node as usize]) {
                 continue;
             }
             around.iter().for_each(|&node| touched[node as usize] = true);
-            self.carry_out_one(one, &mut made);
+            self.carry_out_one(one, &mut result);
         }
         made
     }
 
-    fn carry_out_one(&mut self, one: &Move, made: &mut Made) {
+    fn carry_out_one(&mut self, one: &Move, result: &mut BatchResult) {
         let (sibling, parent) = (self.sibling(one.from), self.parent(one.from));
         let pair = one.from.min(sibling);
         for node in [parent, one.to, sibling] {
-            made.before.push((node, self.nodes[node as usize]));
+            result.undo.push((node, self.nodes[node as usize]));
         }
         // The parent goes, and a node as large as the target comes, before boxes are brought up to date.
-        made.saved += f64::from(self.bounds(parent).half_area()) - f64::from(self.bounds(one.to).half_area());
+        result.saved += f64::from(self.bounds(parent).half_area()) - f64::from(self.bounds(one.to).half_area());
         let (moved, stays) = (self.nodes[one.to as usize], self.nodes[sibling as usize]);
         self.nodes[one.to as usize].link = Link::node(pair);
         self.nodes[sibling as usize] = moved;
         self.nodes[parent as usize] = stays;
         [one.to, sibling, parent].into_iter().for_each(|node| self.adopt(node));
         for start in [one.to, parent] {
-            self.refit_from(start, made);
+            self.refit_from(start, result);
         }
     }
 
-    fn refit_from(&mut self, mut at: u32, made: &mut Made) {
+    fn refit_from(&mut self, mut at: u32, result: &mut BatchResult) {
         loop {
             if let Target::Node(first) = self.nodes[at as usize].link.target() {
                 let bounds = self.bounds(first).union(self.bounds(first + 1));
                 if bounds != *self.bounds(at) {
-                    made.before.push((at, self.nodes[at as usize]));
-                    made.saved += f64::from(self.bounds(at).half_area()) - f64::from(bounds.half_area());
+                    result.undo.push((at, self.nodes[at as usize]));
+                    result.saved += f64::from(self.bounds(at).half_area()) - f64::from(bounds.half_area());
                     self.nodes[at as usize].bounds = bounds;
                 }
             }
@@ -303,7 +303,7 @@ impl Loose {
         }
     }
 
-    fn take_back(&mut self, before: Before) {
+    fn take_back(&mut self, undo: UndoLog) {
         for &(node, before) in before.iter().rev() {
             self.nodes[node as usize] = before;
         }
