@@ -3,7 +3,7 @@
 //! Cutting one box along its longest edge into k equal slabs leaves a diagonal triangle with about a k-th of its box area in all. So the summed area is least
 //! when a reference gets pieces in proportion to the root of the area that it wastes.
 
-use super::parts::Parts;
+use super::clipper::TriangleClipper;
 use crate::build::reference::{GRAIN, Reference};
 use crate::geometry::{Aabb, Triangles};
 use crate::threads::Threads;
@@ -65,10 +65,10 @@ impl Budget {
     }
 
     /// Cuts the worst, and says for how many more references there is room.
-    pub(super) fn spend_on_the_worst(
+    pub(super) fn pre_split(
         &self,
         references: Vec<Reference>,
-        parts: &Parts<'_>,
+        clipper: &TriangleClipper<'_>,
         triangles: &Triangles,
         threads: &Threads,
     ) -> (Vec<Reference>, usize) {
@@ -95,7 +95,7 @@ impl Budget {
             .collect();
         threads.for_each(&mut slabs, GRAIN / 16, &|_, (one, slab, count)| {
             if *count > 1 {
-                one.bounds = slab_of(one, *slab, *count, parts);
+                one.bounds = slab_of(one, *slab, *count, clipper);
             }
         });
         slabs.retain(|(one, ..)| !one.bounds.is_empty());
@@ -132,7 +132,7 @@ impl Budget {
 }
 
 /// The piece of a reference in one of `count` equal slabs along its longest edge.
-fn slab_of(whole: &Reference, slab: u32, count: u32, parts: &Parts<'_>) -> Aabb {
+fn slab_of(whole: &Reference, slab: u32, count: u32, clipper: &TriangleClipper<'_>) -> Aabb {
     let axis = whole.bounds.largest_axis();
     let (start, length) = (whole.bounds.min[axis], whole.bounds.extent()[axis]);
     // Neighbours compute the same plane.
@@ -144,5 +144,5 @@ fn slab_of(whole: &Reference, slab: u32, count: u32, parts: &Parts<'_>) -> Aabb 
     if slab + 1 < count {
         region.max[axis] = plane(slab + 1);
     }
-    parts.within(whole, &region)
+    clipper.within(whole, &region)
 }

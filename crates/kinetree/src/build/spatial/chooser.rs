@@ -1,8 +1,8 @@
 //! Whole references to either side, or a plane through them?
 
+use super::clipper::TriangleClipper;
 use super::cost::tests;
 use super::divide::divide;
-use super::parts::Parts;
 use super::planes::best_plane;
 use crate::build::BuildOptions;
 use crate::build::cut::{Chooser, Cut};
@@ -21,7 +21,7 @@ const OVERLAP_THAT_MATTERS: f32 = 1e-5;
 const TOO_FEW: usize = 128;
 
 pub(super) struct Chosen<'a> {
-    parts: Parts<'a>,
+    clipper: TriangleClipper<'a>,
     /// Square metres.
     overlap_that_matters: f32,
     node_cost: f32,
@@ -29,10 +29,10 @@ pub(super) struct Chosen<'a> {
 }
 
 impl<'a> Chosen<'a> {
-    pub(super) fn by(references: &[Reference], parts: Parts<'a>, options: &BuildOptions) -> Self {
+    pub(super) fn by(references: &[Reference], clipper: TriangleClipper<'a>, options: &BuildOptions) -> Self {
         let root = bounds_of(references, &options.threads).half_area();
         Self {
-            parts,
+            clipper,
             overlap_that_matters: root * OVERLAP_THAT_MATTERS,
             node_cost: options.node_cost,
             leaf_limit: options.leaf_limit(),
@@ -53,8 +53,8 @@ impl<'a> Chosen<'a> {
         let overlaps = object.as_ref().is_none_or(|object| object.overlap() > self.overlap_that_matters);
         if room > 0
             && (count > TOO_FEW && overlaps && area.is_finite())
-            && let Some(plane) = best_plane(&references[..count], bounds, room, &self.parts)
-            && let Some(sides) = divide(references, count, &plane, to_beat, &self.parts, threads)
+            && let Some(plane) = best_plane(&references[..count], bounds, room, &self.clipper)
+            && let Some(sides) = divide(references, count, &plane, to_beat, &self.clipper, threads)
         {
             return Cut::Sides(sides);
         }

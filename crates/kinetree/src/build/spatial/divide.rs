@@ -2,8 +2,8 @@
 
 use glam::{BVec3A, Vec3A};
 
+use super::clipper::TriangleClipper;
 use super::cost::tests;
-use super::parts::Parts;
 use super::planes::{Plane, halves};
 use crate::build::cut::Side;
 use crate::build::fast_box::FastBox;
@@ -22,7 +22,7 @@ pub(super) fn divide(
     count: usize,
     plane: &Plane,
     to_beat: f32,
-    parts: &Parts<'_>,
+    clipper: &TriangleClipper<'_>,
     threads: &Threads,
 ) -> Option<[Side; 2]> {
     if plane.cost >= to_beat {
@@ -31,12 +31,12 @@ pub(super) fn divide(
     let room = references.len() - count;
     let sorted = Sorted::by(plane, &mut references[..count]);
     let crossed = sorted.below.count..sorted.below.count + sorted.crossed;
-    if plane.is_guess && sorted.cost(&references[crossed.clone()], plane, room, parts, threads)? >= to_beat {
+    if plane.is_guess && sorted.cost(&references[crossed.clone()], plane, room, clipper, threads)? >= to_beat {
         return None;
     }
     let mut straddlers: Vec<Straddler> = references[crossed.clone()].iter().map(Straddler::of).collect();
     threads.for_each(&mut straddlers, CUT_GRAIN, &|_, one| {
-        one.sides = parts.sides(&one.whole, plane.axis, plane.position);
+        one.sides = clipper.sides(&one.whole, plane.axis, plane.position);
     });
     unsplit(&mut straddlers, &sorted, room);
     let mut sides = [sorted.below, sorted.above];
@@ -116,14 +116,14 @@ impl Sorted {
         crossed: &[Reference],
         plane: &Plane,
         room: usize,
-        parts: &Parts<'_>,
+        clipper: &TriangleClipper<'_>,
         threads: &Threads,
     ) -> Option<f32> {
         let around = |piece: &[Reference]| {
             let mut sides = [FastBox::EMPTY; 2];
             for one in piece {
                 let bounds = FastBox::of(one);
-                let halves = halves(plane.position, plane.axis, &parts.triangles().get(one.id));
+                let halves = halves(plane.position, plane.axis, &clipper.triangles().get(one.id));
                 for (side, half) in sides.iter_mut().zip(halves.unwrap_or([bounds; 2])) {
                     *side = side.union(&half.intersection(&bounds));
                 }

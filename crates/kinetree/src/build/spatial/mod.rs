@@ -10,7 +10,7 @@ mod budget;
 mod chooser;
 mod cost;
 mod divide;
-mod parts;
+mod clipper;
 mod planes;
 
 use super::BuildOptions;
@@ -20,7 +20,7 @@ use crate::geometry::Triangles;
 use crate::tree::Bvh;
 use budget::Budget;
 use chooser::Chosen;
-use parts::Parts;
+use clipper::TriangleClipper;
 
 /// A tree over all triangles, some of which may stand in several leaves. The same tree for any number of threads.
 ///
@@ -28,12 +28,12 @@ use parts::Parts;
 /// When there are more triangles than 2^27.
 pub fn build_spatial(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let threads = &options.threads;
-    let parts = Parts::of(triangles);
+    let clipper = TriangleClipper::of(triangles);
     let usual = Budget::usual(triangles.len());
     let whole = references(triangles.len(), usual, &|triangle| triangles.bounds_of(triangle), threads);
     let distinct = whole.len();
     let budget = Budget::of(&whole, triangles, threads);
-    let (references, room) = budget.spend_on_the_worst(whole, &parts, triangles, threads);
-    let chooser = Chosen::by(&references, parts, options);
+    let (references, room) = budget.pre_split(whole, &clipper, triangles, threads);
+    let chooser = Chosen::by(&references, clipper, options);
     grow_with_room(references, distinct, room, &chooser, options)
 }

@@ -7,8 +7,8 @@ use std::ops::Range;
 
 use glam::Vec3A;
 
+use super::clipper::TriangleClipper;
 use super::cost::tests;
-use super::parts::Parts;
 use crate::build::fast_box::FastBox;
 use crate::build::reference::Reference;
 use crate::geometry::{Aabb, Triangle};
@@ -30,11 +30,16 @@ pub(super) struct Plane {
 }
 
 /// The plane that seems cheapest, and what it costs, if it makes no more than `room` references more.
-pub(super) fn best_plane(references: &[Reference], bounds: &Aabb, room: usize, parts: &Parts<'_>) -> Option<Plane> {
+pub(super) fn best_plane(
+    references: &[Reference],
+    bounds: &Aabb,
+    room: usize,
+    clipper: &TriangleClipper<'_>,
+) -> Option<Plane> {
     let slabs = Slabs::of(bounds);
     let every = (references.len() / ENOUGH).max(1);
     let mut bins = Bins::default();
-    references.iter().step_by(every).for_each(|reference| bins.add(&slabs, reference, parts));
+    references.iter().step_by(every).for_each(|reference| bins.add(&slabs, reference, clipper));
     let looked_at = references.len().div_ceil(every);
     let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
         let (cost, bin) = bins.axes[axis].best_plane(looked_at + room / every)?;
@@ -94,9 +99,9 @@ impl Default for Bins {
 
 impl Bins {
     #[inline(always)]
-    fn add(&mut self, slabs: &Slabs, reference: &Reference, parts: &Parts<'_>) {
+    fn add(&mut self, slabs: &Slabs, reference: &Reference, clipper: &TriangleClipper<'_>) {
         let bounds = FastBox::of(reference);
-        let triangle = parts.triangles().get(reference.id);
+        let triangle = clipper.triangles().get(reference.id);
         for axis in 0..3 {
             let first = slabs.bin(axis, reference.bounds.min[axis]);
             let last = slabs.bin(axis, reference.bounds.max[axis]);

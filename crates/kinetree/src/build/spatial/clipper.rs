@@ -10,11 +10,11 @@ use crate::geometry::{Aabb, Triangles, clipped_bounds};
 
 /// Cuts references to triangles.
 #[derive(Clone, Copy)]
-pub(super) struct Parts<'a> {
+pub(super) struct TriangleClipper<'a> {
     triangles: &'a Triangles,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> TriangleClipper<'a> {
     pub(super) fn of(triangles: &'a Triangles) -> Self {
         Self { triangles }
     }
