@@ -49,7 +49,7 @@ impl MeshBvh {
                 threads.reduce(&self.blocks, GRAIN, &triangles, &sum),
             )
         } else {
-            let of = |value: fn(&super::refit::Swept) -> f64| self.chunks.iter().map(value).sum();
+            let of = |value: fn(&super::refit::ChunkBounds) -> f64| self.chunks.iter().map(value).sum();
             (of(|chunk| chunk.cost), of(|chunk| chunk.triangle_boxes))
         };
         RayCost::of_areas(&self.bounds(), boxes, triangles)

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use super::block::BLOCK;
 use super::collapse::{Costs, collapse};
 use super::leaves::Leaves;
-use super::refit::{Plan, Swept};
+use super::refit::{ChunkBounds, Plan};
 use super::{TriangleBlock, WideBvh};
 use crate::geometry::{Aabb, Triangles};
 use crate::memory::vec_in_large_pages;
@@ -33,7 +33,7 @@ pub struct MeshBvh {
     /// Made by the first refit. Trees with the same plan have the same shape.
     pub(super) plan: OnceLock<Arc<Plan>>,
     /// What the refit that wrote this tree found: of each chunk, and at last of the nodes above them. Nothing in a tree that was built.
-    pub(super) chunks: Vec<Swept>,
+    pub(super) chunks: Vec<ChunkBounds>,
 }
 
 /// In short: how large it is.
@@ -119,7 +119,7 @@ impl MeshBvh {
     pub fn heap_bytes(&self) -> usize {
         self.tree.heap_bytes()
             + self.blocks.capacity() * size_of::<TriangleBlock>()
-            + self.chunks.capacity() * size_of::<Swept>()
+            + self.chunks.capacity() * size_of::<ChunkBounds>()
     }
 
     /// Bytes held for refits, once for all trees that were refitted from each other.

@@ -3,7 +3,7 @@
 //! A tree is refitted into a spare one of the same topology, so that whoever still traces the old
 //! one is not disturbed. What both have in common, a [`Plan`], is made at the first refit and
 //! handed on: from then on only corners and planes are written, and nothing of the old tree is
-//! read. The tree is cut into chunks, subtrees that stand together; each is swept by itself, by any
+//! read. The tree is cut into chunks, subtrees that stand together; each is chunk_bounds by itself, by any
 //! thread, and then the few nodes above them are done by one. Whatever the spare had missed does
 //! not matter, since every chunk is refitted every time.
 //!
@@ -34,7 +34,7 @@ const GRAIN: usize = 4;
 
 /// What a refit found out about a chunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Swept {
+pub(super) struct ChunkBounds {
     pub(super) bounds: Aabb,
     /// Half areas of all boxes in its nodes, each weighed by what it costs to visit.
     pub(super) cost: f64,
@@ -47,7 +47,7 @@ struct Work<'a> {
     chunk: &'a Chunk,
     nodes: &'a mut [WideNode],
     blocks: &'a mut [TriangleBlock],
-    swept: Swept,
+    chunk_bounds: ChunkBounds,
 }
 
 impl MeshBvh {
@@ -66,7 +66,7 @@ impl MeshBvh {
         }
         let mut work = share_out(&plan, &mut spare.tree.nodes, &mut spare.blocks);
         threads.for_each(&mut work, GRAIN, &|_, work| {
-            work.swept = level.run(Sweep {
+            work.chunk_bounds = level.run(Sweep {
                 nodes: &mut *work.nodes,
                 blocks: &mut *work.blocks,
                 first_node: work.chunk.nodes.start as usize,
@@ -76,7 +76,7 @@ impl MeshBvh {
             });
         });
         spare.chunks.clear();
-        spare.chunks.extend(work.iter().map(|work| work.swept));
+        spare.chunks.extend(work.iter().map(|work| work.chunk_bounds));
         spare.above_chunks(&plan, triangles);
     }
 
@@ -84,10 +84,10 @@ impl MeshBvh {
     fn above_chunks(&mut self, plan: &Plan, triangles: &Triangles) {
         let (nodes, blocks) = (&mut self.tree.nodes, &mut self.blocks);
         self.tree.bounds = Aabb::EMPTY;
-        for (chunk, swept) in plan.chunks.iter().zip(&self.chunks) {
+        for (chunk, chunk_bounds) in plan.chunks.iter().zip(&self.chunks) {
             match chunk.nodes.start {
-                0 => self.tree.bounds = swept.bounds,
-                root => set_in_parent(nodes, root as usize, &swept.bounds),
+                0 => self.tree.bounds = chunk_bounds.bounds,
+                root => set_in_parent(nodes, root as usize, &chunk_bounds.bounds),
             }
         }
         let (mut cost, mut triangle_boxes) = (0.0, 0.0);
@@ -112,7 +112,7 @@ impl MeshBvh {
                 _ => set_in_parent(nodes, at, &all),
             }
         }
-        self.chunks.push(Swept { bounds: self.tree.bounds, cost, triangle_boxes });
+        self.chunks.push(ChunkBounds { bounds: self.tree.bounds, cost, triangle_boxes });
     }
 }
 
@@ -124,9 +124,13 @@ fn set_in_parent(nodes: &mut [WideNode], child: usize, bounds: &Aabb) {
 /// Divides nodes and blocks among the chunks. Those above the chunks are left out.
 fn share_out<'a>(plan: &'a Plan, nodes: &'a mut [WideNode], blocks: &'a mut [TriangleBlock]) -> Vec<Work<'a>> {
     let (mut nodes, mut blocks) = (Rest { items: nodes, first: 0 }, Rest { items: blocks, first: 0 });
-    let swept = Swept { bounds: Aabb::EMPTY, cost: 0.0, triangle_boxes: 0.0 };
-    let of =
-        |chunk: &'a Chunk| Work { chunk, nodes: nodes.take(&chunk.nodes), blocks: blocks.take(&chunk.blocks), swept };
+    let chunk_bounds = ChunkBounds { bounds: Aabb::EMPTY, cost: 0.0, triangle_boxes: 0.0 };
+    let of = |chunk: &'a Chunk| Work {
+        chunk,
+        nodes: nodes.take(&chunk.nodes),
+        blocks: blocks.take(&chunk.blocks),
+        chunk_bounds,
+    };
     plan.chunks.iter().map(of).collect()
 }
 

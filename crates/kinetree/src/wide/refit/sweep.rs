@@ -6,7 +6,7 @@
 
 use super::super::node::LANES;
 use super::super::{TriangleBlock, WideLink, WideNode};
-use super::Swept;
+use super::ChunkBounds;
 use super::plan::Corners;
 use crate::geometry::{Aabb, UNIT_ROUNDOFF};
 use crate::simd::{Isa, Kernel};
@@ -37,10 +37,10 @@ pub(super) struct Sweep<'a> {
 }
 
 impl Kernel for Sweep<'_> {
-    type Output = Swept;
+    type Output = ChunkBounds;
 
     #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> Swept {
+    fn run<I: Isa>(self, isa: I) -> ChunkBounds {
         let (block_count, node_count) = (self.blocks.len(), self.nodes.len());
         // Blocks first, then nodes from the last to the first.
         let mut boxes: Vec<TwoCorners> = Vec::with_capacity(block_count + node_count);
@@ -98,7 +98,7 @@ impl Kernel for Sweep<'_> {
             sum += f64::from(area) * f64::from(COSTS.item);
         }
         let [min, max] = boxes[boxes.len() - 1];
-        Swept {
+        ChunkBounds {
             bounds: Aabb::new([min[0], min[1], min[2]], [max[0], max[1], max[2]]),
             cost: sum,
             triangle_boxes: isa.store4(triangle_boxes).map(f64::from).iter().sum(),

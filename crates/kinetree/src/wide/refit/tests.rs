@@ -95,7 +95,7 @@ fn check(name: &str, tree: &MeshBvh, moved: &Triangles, spare: &mut MeshBvh) {
             tree.refit_into(spare, moved, &threads, level);
             assert_eq!(spare.validate(), Ok(()), "{name}, {level:?}, {threads:?}");
             assert!(bits(spare) == expected_bits, "{name}, {level:?}, {threads:?}: not the boxes of the twin");
-            let of = |chunk: &Swept| (chunk.bounds, chunk.cost.to_bits(), chunk.triangle_boxes.to_bits());
+            let of = |chunk: &ChunkBounds| (chunk.bounds, chunk.cost.to_bits(), chunk.triangle_boxes.to_bits());
             let sums: Vec<(Aabb, u64, u64)> = spare.chunks.iter().map(of).collect();
             assert_eq!(chunks.get_or_insert_with(|| sums.clone()), &sums, "{name}, {level:?}, {threads:?}");
             check_cost(name, spare.ray_cost(&threads), &expected);
