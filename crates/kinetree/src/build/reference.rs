@@ -46,9 +46,9 @@ pub(crate) fn references(
     bounds_of: &(impl Fn(u32) -> Aabb + Sync),
     threads: &Threads,
 ) -> Vec<Reference> {
-    let write = |first: usize, piece: &mut ChunkWriter<'_, Reference>| {
-        for id in first as u32..(first + piece.size()) as u32 {
-            piece.push(Reference::new(bounds_of(id), id));
+    let write = |first: usize, chunk: &mut ChunkWriter<'_, Reference>| {
+        for id in first as u32..(first + chunk.size()) as u32 {
+            chunk.push(Reference::new(bounds_of(id), id));
         }
     };
     let (mut all, _) = fill_in_chunks(vec_in_large_pages(count + more), count, GRAIN, threads, &write);
@@ -58,7 +58,7 @@ pub(crate) fn references(
 
 /// The box around references.
 pub(crate) fn bounds_of(references: &[Reference], threads: &Threads) -> Aabb {
-    let around = |piece: &[Reference]| {
+    let around = |chunk: &[Reference]| {
         let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
         for reference in piece {
             min = min.min(reference.bounds.min.into());

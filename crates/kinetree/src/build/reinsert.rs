@@ -206,8 +206,8 @@ impl ParentedTree {
         let below_root = &self.nodes[1..];
         // Areas are not negative, so their bits are in order.
         let class = |node: &Node| (node.bounds.half_area().abs().to_bits() >> CLASS_SHIFT) as u16;
-        let (classes, _) = vec_in_chunks(below_root.len(), GRAIN, threads, &|first, piece| {
-            below_root[first..first + piece.size()].iter().for_each(|node| piece.push(class(node)));
+        let (classes, _) = vec_in_chunks(below_root.len(), GRAIN, threads, &|first, chunk| {
+            below_root[first..first + chunk.size()].iter().for_each(|node| chunk.push(class(node)));
         });
         let count = count.clamp(1, below_root.len());
         let mut sizes = vec![0_u32; 1 << (32 - CLASS_SHIFT)];

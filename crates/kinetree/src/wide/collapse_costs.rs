@@ -18,7 +18,7 @@ use crate::threads::Threads;
 use crate::tree::{Bvh, Node, Target};
 
 /// So many pairs are one thread's, and are done before anybody asks whether the tree is still wanted.
-const PIECE: usize = 4096;
+const CHUNK: usize = 4096;
 
 /// For how many pairs memory is asked before they are looked at.
 const PREFETCH_BATCH: usize = 8;
@@ -96,18 +96,18 @@ impl<'a> CollapseCosts<'a> {
         debug_assert!(costs.item_size * costs.max_items <= PrimitiveRange::MOST as usize);
         let nodes = binary.nodes();
         let level = Level::current();
-        let (pairs, open) = vec_in_chunks(nodes.len() / 2, PIECE, threads, &|first, piece| {
+        let (pairs, open) = vec_in_chunks(nodes.len() / 2, CHUNK, threads, &|first, chunk| {
             let mut open = Vec::new();
             if threads.is_cancelled() {
-                (0..piece.size()).for_each(|_| piece.push(Pair::UNKNOWN));
+                (0..chunk.size()).for_each(|_| chunk.push(Pair::UNKNOWN));
             } else {
-                level.run(Fill { nodes, costs, first, piece, open: &mut open });
-                threads.advance(2 * piece.size());
+                level.run(Fill { nodes, costs, first, chunk, open: &mut open });
+                threads.advance(2 * chunk.size());
             }
             open
         });
         let mut found = Self { nodes, costs, pairs };
-        // Pairs with something below them in another piece. Promise 5: what is below comes later.
+        // Pairs with something below them in another chunk. Promise 5: what is below comes later.
         for place in open.into_iter().flatten() {
             let pair = (found.pairs.len() - 1 - place) as u32;
             if let (Some(left), Some(right)) = (found.of_node(2 * pair + 1), found.of_node(2 * pair + 2)) {
@@ -159,7 +159,7 @@ struct Fill<'a, 'b> {
     nodes: &'a [Node],
     costs: &'a Costs,
     first: usize,
-    piece: &'a mut ChunkWriter<'b, Pair>,
+    chunk: &'a mut ChunkWriter<'b, Pair>,
     /// The places of those that have to wait for others.
     open: &'a mut Vec<usize>,
 }
@@ -169,17 +169,17 @@ impl Kernel for Fill<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { nodes, costs, first, piece, open } = self;
+        let Self { nodes, costs, first, chunk, open } = self;
         let count = nodes.len() / 2;
-        for place in first..first + piece.size() {
+        for place in first..first + chunk.size() {
             let pair = count - 1 - place;
-            let known = Known { pairs: piece.written(), first, count };
+            let known = Known { pairs: chunk.written(), first, count };
             let left = subtree(&nodes[2 * pair + 1], costs, &known);
             let right = subtree(&nodes[2 * pair + 2], costs, &known);
             match (left, right) {
-                (Some(left), Some(right)) => piece.push(together(&left, &right)),
+                (Some(left), Some(right)) => chunk.push(together(&left, &right)),
                 _ => {
-                    piece.push(Pair::UNKNOWN);
+                    chunk.push(Pair::UNKNOWN);
                     open.push(place);
                 }
             }

@@ -12,7 +12,7 @@ use crate::threads::Threads;
 use crate::tree::Bvh;
 
 /// Blocks that are written by one thread.
-const PIECE: usize = 1024;
+const CHUNK: usize = 1024;
 
 /// How far ahead memory is asked for, in blocks: vertex numbers, then the vertices.
 const NUMBERS_AHEAD: usize = 16;
@@ -47,7 +47,7 @@ impl<'a> Leaves<'a> {
             let spans = &self.blocks[first..first + blocks.size()];
             level.run(Fill { blocks, spans, primitives, triangles });
         };
-        vec_in_chunks(self.blocks.len(), PIECE, threads, &fill).0
+        vec_in_chunks(self.blocks.len(), CHUNK, threads, &fill).0
     }
 }
 

@@ -39,7 +39,7 @@ const FULL_LEAF: u32 = 4;
 const FEW: usize = 64;
 
 /// Boxes and codes that are made at one go, by one thread.
-const PIECE: usize = 4096;
+const CHUNK: usize = 4096;
 
 /// A tree over primitives 0, 1, ... below `count`, whose boxes `bounds_of` knows. Primitives with an empty box are left out. The same tree
 /// for any number of threads, and on any processor.
@@ -127,16 +127,16 @@ struct BoxSummary {
 impl BoxSummary {
     /// All boxes, those without a point empty, and what has to be known of them.
     fn of(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> (Vec<Aabb>, Self) {
-        let (boxes, parts) = vec_in_chunks(count, PIECE, threads, &|first, piece| {
+        let (boxes, parts) = vec_in_chunks(count, CHUNK, threads, &|first, chunk| {
             let mut part = Self { centers: Aabb::EMPTY, primitives: 0 };
-            for id in first..first + piece.size() {
+            for id in first..first + chunk.size() {
                 let bounds = bounds_of(id as u32);
                 let is_there = holds_something(&bounds);
                 if is_there {
                     part.centers = part.centers.extended(bounds.center());
                     part.primitives += 1;
                 }
-                piece.push(if is_there { bounds } else { Aabb::EMPTY });
+                chunk.push(if is_there { bounds } else { Aabb::EMPTY });
             }
             part
         });
@@ -166,10 +166,10 @@ impl BoxSummary {
         if self.primitives < boxes.len() {
             return (0..boxes.len()).filter(|&id| holds_something(&boxes[id])).map(key).collect();
         }
-        let write = |first: usize, piece: &mut ChunkWriter<'_, u64>| {
-            (first..first + piece.size()).for_each(|id| piece.push(key(id)));
+        let write = |first: usize, chunk: &mut ChunkWriter<'_, u64>| {
+            (first..first + chunk.size()).for_each(|id| chunk.push(key(id)));
         };
-        vec_in_chunks(boxes.len(), PIECE, threads, &write).0
+        vec_in_chunks(boxes.len(), CHUNK, threads, &write).0
     }
 }
 
