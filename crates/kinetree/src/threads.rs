@@ -128,7 +128,7 @@ impl Threads {
     /// Another stage of a build begins, of so many units, and is taken to need `share` of what is
     /// left.
     pub(crate) fn begin_stage(&self, share: f32, units: usize) {
-        if let Some(progress) = &self.watch {
+        if let Some(progress) = &self.progress {
             progress.begin_stage(share, units);
         }
     }
@@ -137,7 +137,7 @@ impl Threads {
     /// other here.
     #[inline]
     pub(crate) fn advance(&self, units: usize) {
-        if let Some(progress) = &self.watch {
+        if let Some(progress) = &self.progress {
             progress.advance(units);
         }
     }

@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use common::{Backwards, QUALITIES, Random, rays, rebuilt, worlds};
-use kinetree::build::{BuildOptions, Quality, triangles};
+use kinetree::build::{BuildOptions, Quality, build_triangles};
 use kinetree::geometry::Triangles;
 use kinetree::{Aabb, Affine, Hit, Mesh, MeshBvh, Motion, Ray, Scene, Snapshot, Threads, Work};
 
@@ -68,7 +68,7 @@ fn every_quality_gives_the_same_valid_tree_for_any_threads() {
             let build = |threads| {
                 let mut options = BuildOptions::default();
                 (options.quality, options.threads) = (quality, threads);
-                triangles(&geometry, &options)
+                build_triangles(&geometry, &options)
             };
             let tree = build(Threads::one());
             assert_eq!(tree.validate(), Ok(()), "{quality:?}");
@@ -101,9 +101,9 @@ fn a_split_tree_has_the_same_hits_as_a_whole_one() {
 fn long_diagonals_are_cut_and_rays_meet_far_fewer_of_them() {
     let geometry = loose(diagonals(20_000, 41));
     let mut options = BuildOptions::default();
-    let whole = triangles(&geometry, &options);
+    let whole = build_triangles(&geometry, &options);
     options.quality = Quality::Best;
-    let split = triangles(&geometry, &options);
+    let split = build_triangles(&geometry, &options);
     assert!(!whole.has_duplicates() && split.has_duplicates());
     assert!(split.primitives().len() <= 6 * geometry.len());
     assert!(split.cost(1.0, 1.0) < 0.5 * whole.cost(1.0, 1.0));
@@ -122,7 +122,7 @@ fn long_diagonals_are_cut_and_rays_meet_far_fewer_of_them() {
     // Well-shaped triangles need no more than the usual budget.
     let mesh = common::sphere(80, 120);
     let geometry = Triangles::new(mesh.positions().to_vec(), mesh.triangles().into()).unwrap();
-    assert!(triangles(&geometry, &options).primitives().len() as f32 <= 1.31 * geometry.len() as f32);
+    assert!(build_triangles(&geometry, &options).primitives().len() as f32 <= 1.31 * geometry.len() as f32);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn reinsertion_lowers_the_cost() {
         let mut options = BuildOptions::default();
         let mut cost = |quality| {
             options.quality = quality;
-            triangles(&geometry, &options).cost(1.0, 1.0)
+            build_triangles(&geometry, &options).cost(1.0, 1.0)
         };
         let without = cost(Quality::Fastest);
         let once = cost(Quality::Fast);
@@ -175,7 +175,7 @@ fn rays_at_split_planes_edges_and_vertices_never_slip_between_pieces() {
         let mut options = BuildOptions::default();
         options.quality = Quality::Best;
         let geometry = Triangles::new(positions.clone(), indices.clone().into()).unwrap();
-        let tree = triangles(&geometry, &options);
+        let tree = build_triangles(&geometry, &options);
         assert!(tree.primitives().len() as f32 > 1.2 * geometry.len() as f32, "the tube is cut");
         // Faces of leaves: that is where the planes were.
         let faces: Vec<Aabb> = tree.nodes().iter().filter(|node| node.link.is_leaf()).map(|node| node.bounds).collect();
@@ -214,7 +214,7 @@ fn rays_that_run_in_split_planes_meet_the_pieces_on_both_sides() {
     let geometry = loose(diagonals(3000, 72));
     let mut options = BuildOptions::default();
     options.quality = Quality::Best;
-    let tree = triangles(&geometry, &options);
+    let tree = build_triangles(&geometry, &options);
     let leaves: Vec<Aabb> = tree.nodes().iter().filter(|node| node.link.is_leaf()).map(|node| node.bounds).collect();
     let [fast, best] =
         [Quality::Fast, Quality::Best].map(|quality| view_of(geometry.positions(), geometry.indices(), quality));
@@ -277,7 +277,7 @@ fn every_motion_builds_with_the_quality_that_its_table_says() {
     let nodes_of = |quality| {
         let mut options = BuildOptions::default();
         options.quality = quality;
-        MeshBvh::new(&triangles(&geometry, &options), &geometry).tree().nodes().to_vec()
+        MeshBvh::new(&build_triangles(&geometry, &options), &geometry).tree().nodes().to_vec()
     };
     let table = [
         (Motion::Static, Quality::Balanced),

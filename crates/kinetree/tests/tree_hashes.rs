@@ -6,7 +6,7 @@
 use std::process::Command;
 use std::sync::Arc;
 
-use kinetree::build::{BuildOptions, Quality, triangles};
+use kinetree::build::{BuildOptions, Quality, build_triangles};
 use kinetree::geometry::Triangles;
 use kinetree::simd::Level;
 use kinetree::wide::{WideBvh, WideTarget};
@@ -121,7 +121,7 @@ impl Hash {
 fn hash_of_mesh(mesh: &Triangles, quality: Quality, threads: Threads) -> u64 {
     let mut options = BuildOptions::default();
     (options.quality, options.threads) = (quality, threads);
-    let tree = MeshBvh::new(&triangles(mesh, &options), mesh);
+    let tree = MeshBvh::new(&build_triangles(mesh, &options), mesh);
     let mut hash = Hash::new();
     hash.tree(tree.tree());
     for block in tree.blocks() {

@@ -60,7 +60,7 @@ pub(crate) fn references(
 pub(crate) fn bounds_of(references: &[Reference], threads: &Threads) -> Aabb {
     let around = |chunk: &[Reference]| {
         let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
-        for reference in piece {
+        for reference in chunk {
             min = min.min(reference.bounds.min.into());
             max = max.max(reference.bounds.max.into());
         }

@@ -265,7 +265,7 @@ impl ParentedTree {
             around.iter().for_each(|&node| touched[node as usize] = true);
             self.carry_out_one(one, &mut result);
         }
-        made
+        result
     }
 
     fn carry_out_one(&mut self, one: &Move, result: &mut BatchResult) {
@@ -304,10 +304,10 @@ impl ParentedTree {
     }
 
     fn take_back(&mut self, undo: UndoLog) {
-        for &(node, before) in before.iter().rev() {
+        for &(node, before) in undo.iter().rev() {
             self.nodes[node as usize] = before;
         }
-        for (node, _) in before {
+        for (node, _) in undo {
             self.adopt(node);
         }
     }

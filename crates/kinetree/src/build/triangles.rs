@@ -23,8 +23,8 @@ pub fn build_triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let clustered = || build_clustered(triangles.len(), bounds_of, &full);
     match options.quality {
         Quality::Fastest => clustered_from_branches(triangles.len(), bounds_of, &full),
-        Quality::Fast => reinsert(build_clustered(), &BATCHES_OF_THE_FAST, &options.threads),
-        Quality::Balanced => reinsert(build_clustered(), &BATCHES, &options.threads),
+        Quality::Fast => reinsert(clustered(), &BATCHES_OF_THE_FAST, &options.threads),
+        Quality::Balanced => reinsert(clustered(), &BATCHES, &options.threads),
         Quality::Best => reinsert(build_spatial(triangles, &full), &BATCHES_OF_THE_BEST, &options.threads),
     }
 }

@@ -1,11 +1,11 @@
 //! From triangles to the tree that rays walk, in one go, with somebody watching.
 
-use super::{BuildOptions, triangles};
+use super::{BuildOptions, build_triangles};
 use crate::build_progress::{BuildProgress, Cancelled};
 use crate::geometry::Triangles;
 use crate::wide::MeshBvh;
 
-/// The tree over all triangles that rays walk: [`triangles()`], collapsed. The tree is the same whether or not it is watched.
+/// The tree over all triangles that rays walk: [`build_triangles()`], collapsed. The tree is the same whether or not it is watched.
 ///
 /// ```
 /// use kinetree::build::{self, BuildOptions, BuildProgress};
@@ -36,7 +36,7 @@ pub fn build_with_progress(
     progress: &BuildProgress,
 ) -> Result<MeshBvh, Cancelled> {
     let options = BuildOptions { threads: options.threads.with_progress(progress), ..options.clone() };
-    let binary = triangles(of, &options);
+    let binary = build_triangles(of, &options);
     let tree = MeshBvh::new_on(&binary, of, &options.threads);
     progress.finish()?;
     Ok(tree)
