@@ -37,8 +37,8 @@ fn every_kind_of_hit(view: &Snapshot) -> Vec<(String, Hit)> {
             let mut add = |what: &str, hit: Hit| found.push((format!("{what}, {kind}, {level:?}"), hit));
             add("closest", query.closest_hit(&rays[0]).unwrap());
             query.all_hits(&rays[0]).into_iter().for_each(|hit| add("all", hit));
-            add("closest by looking", query.brute_force().closest_hit(&rays[0]).unwrap());
-            query.brute_force().all_hits(&rays[0]).into_iter().for_each(|hit| add("all by looking", hit));
+            add("closest by brute force", query.brute_force().closest_hit(&rays[0]).unwrap());
+            query.brute_force().all_hits(&rays[0]).into_iter().for_each(|hit| add("all by brute force", hit));
             for claim in CLAIMS {
                 let mut hits = vec![None; rays.len()];
                 query.closest_hits(&rays, &mut hits, claim);

@@ -117,13 +117,13 @@ fn compare(what: &str, query: Query<'_>, expected: Query<'_>, ray: &Ray) -> bool
     closest.is_some()
 }
 
-/// The same by looking at every triangle, at whatever level.
-fn compare_looking(what: &str, query: Query<'_>, expected: Query<'_>, ray: &Ray) {
+/// The same by testing every triangle, at whatever level.
+fn compare_brute_force(what: &str, query: Query<'_>, expected: Query<'_>, ray: &Ray) {
     let (closest, all) = (expected.closest_hit(ray), expected.all_hits(ray));
-    let looking = query.brute_force();
-    assert_eq!(looking.closest_hit(ray), closest, "by looking, {what}, {ray:?}");
-    assert_eq!(looking.occluded(ray), closest.is_some(), "by looking, {what}, {ray:?}");
-    assert_eq!(looking.all_hits(ray), all, "by looking, {what}, {ray:?}");
+    let brute_force = query.brute_force();
+    assert_eq!(brute_force.closest_hit(ray), closest, "brute force, {what}, {ray:?}");
+    assert_eq!(brute_force.occluded(ray), closest.is_some(), "brute force, {what}, {ray:?}");
+    assert_eq!(brute_force.all_hits(ray), all, "brute force, {what}, {ray:?}");
 }
 
 fn compare_batches(what: &str, query: Query<'_>, expected: &[Option<Hit>], rays: &[Ray]) {
@@ -165,7 +165,7 @@ fn rays_from_inside_a_vehicle_see_what_is_left_when_it_is_hidden() {
                 compare_batches(&name, query, &expected, &rays);
                 // One level and some rays do: it takes long.
                 let looked = if number == 0 { rays.len() } else { 0 };
-                rays[..looked].iter().step_by(4).for_each(|ray| compare_looking(&name, query, judge, ray));
+                rays[..looked].iter().step_by(4).for_each(|ray| compare_brute_force(&name, query, judge, ray));
             }
         }
     }
@@ -201,7 +201,7 @@ fn every_ray_of_a_batch_leaves_out_its_own() {
                     let query = query.without_each(&each[at..at + 1]);
                     compare(&name, query, judge(at), ray);
                     if number == 0 {
-                        compare_looking(&name, query, judge(at), ray);
+                        compare_brute_force(&name, query, judge(at), ray);
                     }
                 }
             }

@@ -120,7 +120,7 @@ fn the_precision_of_a_mesh_can_differ_from_that_of_others() {
                 assert_eq!(seen(query.closest_hit(ray)), seen(view.closest_hit(ray)), "{what}, {ray:?}");
                 assert_eq!(seen(packets[0][at]), seen(packets[1][at]), "packets, {what}, {ray:?}");
                 let looked = [query, view.query()].map(|query| seen(query.brute_force().closest_hit(ray)));
-                assert_eq!(looked[0], looked[1], "by looking, {what}, {ray:?}");
+                assert_eq!(looked[0], looked[1], "brute force, {what}, {ray:?}");
             }
         }
     }

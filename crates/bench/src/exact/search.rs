@@ -6,7 +6,7 @@ use super::crossing::hit;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// The nearest hit of each ray, by looking at every triangle. Both sides and all edges count;
+/// The nearest hit of each ray, by testing every triangle. Both sides and all edges count;
 /// whether there is a hit is exact.
 pub(crate) fn closest_by_looking(soup: &Soup, rays: &[Ray]) -> Vec<Answer> {
     rays.par_iter().map(|ray| look(soup, ray)).collect()

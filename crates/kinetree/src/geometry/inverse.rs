@@ -192,7 +192,7 @@ impl DoubleInverse {
     }
 
     /// All of a flat object is met at once, where the ray meets the plane; what lies there is found
-    /// by looking through the object along what was flattened.
+    /// by tracing the object along the direction that was flattened.
     fn cross(&self, flat: &Flat, ray: &Ray, origin: DVec3, direction: DVec3, bounds: &Aabb) -> Option<LocalRay> {
         let step = flat.normal.dot(direction);
         let t = -flat.normal.dot(origin) / step;

@@ -227,8 +227,9 @@ impl Roots<'_> {
         parts
     }
 
-    /// Finds what the eight slots of a wide node are filled with: those that cost less come first, and of equal ones those that came first before. Where any hit will do, they are the
-    /// soonest looked through, and a few large triangles hide most.
+    /// Finds what the eight slots of a wide node are filled with. Those with the lowest expected
+    /// cost come first; equal ones keep their order. Queries for any hit visit lanes in this order:
+    /// a cheap subtree is done quickly, and a few large triangles hide most.
     fn below(&mut self, node: u32) {
         self.found.clear();
         let subtree = self.of_node(node);

@@ -13,7 +13,7 @@ use crate::geometry::Aabb;
 /// limit builds of 2000 to 10,000 take the same time.
 pub(super) const LINEAR_UP_TO: usize = 1500;
 
-/// The merges of the naive search, in another order. Best matches are found by looking at every cluster when there
+/// The merges of the naive search, in another order. Best matches are found by comparing every cluster when there
 /// are at most `linear_up_to`, which changes the work and nothing else.
 pub(super) fn best_match_chain(boxes: &[Aabb], linear_up_to: usize) -> (Dendrogram, ClusteringWork) {
     let mut dendrogram = Dendrogram::new(boxes.len());

@@ -1,4 +1,4 @@
-//! The clusters that are alive, sixteen side by side, and the search among them by looking at each.
+//! The clusters that are alive, sixteen side by side, and the linear search among them.
 
 use super::clamped;
 use crate::geometry::Aabb;

@@ -63,7 +63,7 @@ pub fn agglomerate(boxes: &[Aabb]) -> Agglomerated {
     finished(boxes, &dendrogram, work)
 }
 
-/// Clusters boxes into the same tree by looking at all pairs before each merge: cubic, and short enough to be
+/// Clusters boxes into the same tree by comparing all pairs before each merge: cubic, and short enough to be
 /// believed.
 ///
 /// # Panics

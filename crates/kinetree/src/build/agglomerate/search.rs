@@ -1,4 +1,4 @@
-//! Best matches among clusters that keep merging: by looking at each while they are few, with an index above.
+//! Best matches among clusters that keep merging: a linear search while they are few, an index above.
 
 use super::ClusteringWork;
 use super::clusters::{Clusters, LANES, Match, Probe};
