@@ -10,17 +10,17 @@ use std::time::{Duration, Instant};
 
 use kinetree::build::{self, BuildOptions, BuildProgress, Cancelled, Quality};
 use kinetree::geometry::Triangles;
-use kinetree::{Mesh, MeshBvh, Motion};
+use kinetree::{Mesh, MeshBvh, Motion, TreeFile};
 use serde::Serialize;
 
 use crate::args::{BakeArgs, Common};
+use crate::baked_trees::is_baked;
 use crate::destination::{Destination, Inputs};
 use crate::failure::Failure;
 use crate::figures::{self, bytes, count, millis};
 use crate::output::{remark, report};
 use crate::progress::Progress;
 use crate::scene::{self, Loaded};
-use crate::tree_file::{is_baked, pack};
 use crate::trees::name_of;
 
 /// Builds the trees and writes them.
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     let baked = bake_all(&loaded, &progress);
     progress.finish();
     let (trees, figures) = baked?;
-    let file = pack(&trees);
+    let file = TreeFile::write(&trees);
     destination.write(&file)?;
     let summary = Summary {
         scene: loaded.name,

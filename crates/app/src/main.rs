@@ -2,11 +2,12 @@
 //!
 //! `args` is what one can say, `scene` opens what is spoken of, `render`, `inspect` and `bake` do the work. For them, `camera` finds
 //! who looks, `names`, `destination`, `draft` and `file_id` put files in their places, `output`
-//! speaks, `tree_file` keeps trees for later, `progress` keeps people patient, and `summary`,
+//! speaks, `baked_trees` reads trees from files, `progress` keeps people patient, and `summary`,
 //! `trees` and `figures` tell what came of it. `failure` is how all of it ends when it ends badly.
 
 mod args;
 mod bake;
+mod baked_trees;
 mod camera;
 mod destination;
 mod draft;
@@ -22,7 +23,6 @@ mod render;
 mod scene;
 mod summary;
 mod table;
-mod tree_file;
 mod trees;
 
 use std::process::ExitCode;

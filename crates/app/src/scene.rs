@@ -7,8 +7,8 @@ use kinetree::FrameReport;
 use kinetree_gltf::{Clip, ClipInfo, Options};
 use kinetree_render::{Frame, World, default_lighting};
 
+use crate::baked_trees::BakedTrees;
 use crate::failure::Failure;
-use crate::tree_file::TreeFile;
 
 /// A scene that is ready for any moment.
 pub(crate) struct Opened {
@@ -72,7 +72,7 @@ pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, F
 /// Loads a file, or makes the race, and takes its trees from another file, or builds them.
 pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path>) -> Result<Opened, Failure> {
     // What is wrong with the smaller file is said before the larger one is read.
-    let trees = trees.map(TreeFile::open).transpose()?;
+    let trees = trees.map(BakedTrees::open).transpose()?;
     let Loaded { name, mut world, notes, clips, files, mut load_time } = load(path, clip)?;
     if let Some(trees) = trees {
         let start = Instant::now();

@@ -54,6 +54,7 @@ pub mod update;
 pub mod traverse;
 pub mod query;
 pub mod scene;
+pub mod tree_file;
 
 pub use geometry::{Aabb, Affine, Precision, Ray};
 pub use query::{Candidate, Coherence, Cull, Hit, Query};
@@ -64,5 +65,6 @@ pub use scene::{
 pub use threads::{Executor, Threads};
 pub use traverse::Work;
 pub use tree::Bvh;
+pub use tree_file::TreeFile;
 pub use update::{Action, Motion, Reason};
-pub use wide::{MeshBvh, TopLevelBvh};
+pub use wide::{MeshBvh, TopLevelBvh, TreeFileError};

@@ -174,7 +174,7 @@ fn another_format_is_named() {
     let mut bytes = grown(&triangles, Quality::Fast).to_bytes(&triangles);
     bytes[8] = 77;
     let error = MeshBvh::from_bytes(&bytes, &triangles).unwrap_err();
-    assert_eq!(error, TreeFileError::OtherVersion { found: 77 });
+    assert_eq!(error, TreeFileError::OtherVersion { found: 77, supported: 1 });
     assert!(error.to_string().contains("77") && error.to_string().contains("bake"), "{error}");
     bytes[0] ^= 1;
     assert_eq!(MeshBvh::from_bytes(&bytes, &triangles).err(), Some(TreeFileError::NotATree));

@@ -36,21 +36,26 @@ const LEAST_BLOCK_BYTES: usize = 1 + 4;
 const HEAD_BYTES: usize = 8 + 4 + 4 + 8 + 4 + 4 + BOX_BYTES;
 const DIGEST_BYTES: usize = 8;
 
-/// Why bytes are not taken for a tree.
+/// Why bytes were refused as a tree, or as a [file of trees](crate::tree_file::TreeFile).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum TreeFileError {
-    /// They begin otherwise than trees do.
+    /// They do not begin with the letters that every tree begins with.
     #[error("this is no tree of kinetree's")]
     NotATree,
-    /// Written in another format.
-    #[error("the tree was written in format {found}, and only format {VERSION} is read; bake it again")]
+    /// They do not begin with the letters that every file of trees begins with.
+    #[error("this is no file of trees; `kinetree bake` makes one")]
+    NotATreeFile,
+    /// Written in another version of the format.
+    #[error("the trees were written in format {found}, and only format {supported} is read; bake them again")]
     OtherVersion {
-        /// The one that was met.
+        /// The version that stands in the bytes.
         found: u32,
+        /// The only version that is read.
+        supported: u32,
     },
     /// Cut short, or changed since they were written.
-    #[error("the tree is damaged: it is not what was written; bake it again")]
+    #[error("the trees are damaged: they are not what was written; bake them again")]
     Damaged,
     /// Grown over other positions or other triangles.
     #[error("the tree is one of another mesh, or the mesh has changed since; bake it again")]
@@ -220,7 +225,7 @@ impl<'a> Reader<'a> {
         }
         let version = from.u32()?;
         if version != VERSION {
-            return Err(TreeFileError::OtherVersion { found: version });
+            return Err(TreeFileError::OtherVersion { found: version, supported: VERSION });
         }
         let (body, expected) = bytes.split_last_chunk::<DIGEST_BYTES>().ok_or(TreeFileError::Damaged)?;
         if digest(body) != u64::from_le_bytes(*expected) {
