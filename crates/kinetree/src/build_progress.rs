@@ -1,64 +1,68 @@
-//! Following a long build from another thread, and calling it off.
+//! Progress and cancellation of a long build, from another thread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 use thiserror::Error;
 
-/// Follows one build: how far it is, and whether it is still wanted. Clones share what they see; any thread may look and cancel.
+/// The progress of one build, and the means to cancel it. Clones refer to the same build; any
+/// thread may read and cancel.
 ///
-/// A build that nobody watches pays nothing.
+/// A build without one pays nothing.
 #[derive(Debug, Clone, Default)]
 pub struct BuildProgress(Arc<State>);
 
-/// The build was called off. Nothing has changed.
+/// The error of a cancelled build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the build was cancelled")]
 pub struct Cancelled;
 
-/// A build is a row of stages. Each takes its share of what its predecessors have left, so it does not matter how many there are.
+/// A build is a sequence of stages. Each is a fraction of what its predecessors have left, so the
+/// number of stages need not be known.
 ///
-/// Shares are not negative, so their bits are ordered as they are, and the larger of two can be kept without a lock.
+/// Fractions are stored as the bits of floats, which are ordered as the floats are because none is
+/// negative; so `fetch_max` works on them.
 #[derive(Debug, Default)]
 struct State {
     is_cancelled: AtomicBool,
-    /// What is shown.
-    share: AtomicU32,
-    /// Of the stage at work: where it began and where it ends, in shares of all.
+    /// The fraction done, from 0 to 1.
+    fraction: AtomicU32,
+    /// Where the current stage begins and ends, as fractions of the whole build.
     start: AtomicU32,
     end: AtomicU32,
-    /// Of the stage at work, in units of its own.
+    /// Steps of the current stage.
     done: AtomicU64,
-    units: AtomicU64,
+    steps: AtomicU64,
 }
 
 impl BuildProgress {
-    /// For one build, which has not begun.
+    /// For a build that has not begun.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// How much of the build is done, from 0 to 1: an estimate, by counts and not by time. Never falls, and is 1 only when all is done.
+    /// The fraction of the build that is done, from 0 to 1: an estimate by counts, not by time. It
+    /// never falls, and is 1 only when the build has finished.
     pub fn progress(&self) -> f32 {
-        f32::from_bits(self.0.share.load(Ordering::Relaxed))
+        f32::from_bits(self.0.fraction.load(Ordering::Relaxed))
     }
 
-    /// Calls the build off. It ends soon, with [`Cancelled`], unless it has just ended by itself:
-    /// each thread finishes what it has in hand, and progress hardly moves any more.
+    /// Cancels the build. It soon returns [`Cancelled`], unless it has just finished: each thread
+    /// finishes its current task, and progress hardly moves any more.
     pub fn cancel(&self) {
         self.0.is_cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was called off.
+    /// Whether the build was cancelled.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         self.0.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// Another stage begins, of so many units, when the last one has ended; it is taken to need
-    /// `share` of what is left. Stages follow each other: whoever begins one is the only one at
-    /// work. None begins once the build has been called off.
-    pub(crate) fn begin_stage(&self, share: f32, units: usize) {
+    /// Begins the next stage, of `steps` steps, which is expected to take the fraction `fraction`
+    /// of the time that is left. The caller must be the only thread at work. Does nothing once the
+    /// build is cancelled.
+    pub(crate) fn begin_stage(&self, fraction: f32, steps: usize) {
         if self.is_cancelled() {
             return;
         }
@@ -66,24 +70,24 @@ impl BuildProgress {
         let start = f32::from_bits(state.end.load(Ordering::Relaxed));
         self.show(start);
         state.start.store(start.to_bits(), Ordering::Relaxed);
-        state.end.store((start + (1.0 - start) * share).min(ALMOST_ALL).to_bits(), Ordering::Relaxed);
+        state.end.store((start + (1.0 - start) * fraction).min(ALMOST_ALL).to_bits(), Ordering::Relaxed);
         state.done.store(0, Ordering::Relaxed);
-        state.units.store(units.max(1) as u64, Ordering::Relaxed);
+        state.steps.store(steps.max(1) as u64, Ordering::Relaxed);
     }
 
-    /// So many more units of the stage are done.
-    pub(crate) fn advance(&self, units: usize) {
+    /// Records that `steps` more steps of the stage are done.
+    pub(crate) fn advance(&self, steps: usize) {
         let state = &*self.0;
-        let done = state.done.fetch_add(units as u64, Ordering::Relaxed) + units as u64;
-        let part = (done as f32 / state.units.load(Ordering::Relaxed) as f32).min(1.0);
+        let done = state.done.fetch_add(steps as u64, Ordering::Relaxed) + steps as u64;
+        let part = (done as f32 / state.steps.load(Ordering::Relaxed) as f32).min(1.0);
         let [start, end] = [&state.start, &state.end].map(|bits| f32::from_bits(bits.load(Ordering::Relaxed)));
         self.show((start + (end - start) * part).min(end));
     }
 
-    /// All is done.
+    /// Ends the build.
     ///
     /// # Errors
-    /// It was called off before.
+    /// The build was cancelled before.
     pub(crate) fn finish(&self) -> Result<(), Cancelled> {
         if self.is_cancelled() {
             return Err(Cancelled);
@@ -92,12 +96,12 @@ impl BuildProgress {
         Ok(())
     }
 
-    fn show(&self, share: f32) {
-        self.0.share.fetch_max(share.to_bits(), Ordering::Relaxed);
+    fn show(&self, fraction: f32) {
+        self.0.fraction.fetch_max(fraction.to_bits(), Ordering::Relaxed);
     }
 }
 
-/// The most that is shown before the end.
+/// The largest fraction before the end.
 const ALMOST_ALL: f32 = 0.999;
 
 #[cfg(test)]
@@ -109,8 +113,8 @@ mod tests {
         let progress = BuildProgress::new();
         assert_eq!(progress.progress(), 0.0);
         let mut last = 0.0;
-        for share in [0.5, 0.5, 0.9, 1.0, 1.0] {
-            progress.begin_stage(share, 10);
+        for fraction in [0.5, 0.5, 0.9, 1.0, 1.0] {
+            progress.begin_stage(fraction, 10);
             for _ in 0..12 {
                 progress.advance(1);
                 assert!(progress.progress() >= last && progress.progress() < 1.0);

@@ -1,8 +1,8 @@
-//! How long things take. No other file names the clock, and where there is none, durations are `None`.
+//! Measures durations. No other file reads a clock; where there is none, durations are `None`.
 
 use std::time::Duration;
 
-/// A moment from which time is counted.
+/// The start of a measured duration.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock(#[cfg(not(target_family = "wasm"))] std::time::Instant);
 

@@ -1,14 +1,14 @@
-//! Sharing the work of a thread with helpers that may come or not.
+//! Fork-join that never waits for a helper thread to become free.
 //!
-//! A thread that forks offers one half and does the other itself. Then it takes the first half
-//! back, unless a helper has begun it: so it never waits for a helper to come, only for one that is
-//! at work. While it waits, it does other parts of the same work, and none of anybody else's.
+//! A thread that forks offers one job and runs the other itself. Then it takes the offered job
+//! back, unless a helper has begun it: so it never waits for a helper to arrive, only for one that
+//! is running a job. While it waits, it runs other jobs of the same crew, and none of other users
+//! of the pool.
 //!
-//! Helpers are invited from a pool of threads when something is offered. A helper that finds
-//! nothing to do leaves soon, since its thread may have other duties; one that comes too late finds
-//! an empty list. Blumofe and Leiserson 1999, "Scheduling Multithreaded Computations by Work
-//! Stealing", with one list under a lock instead of one for each thread: parts are so coarse that
-//! nobody waits at it.
+//! Offering a job spawns a helper task in a thread pool. A helper that finds no job soon returns
+//! its thread to the pool; one that arrives too late finds an empty queue. Blumofe and Leiserson
+//! 1999, "Scheduling Multithreaded Computations by Work Stealing", with one locked queue instead of
+//! one per thread: the jobs are so coarse that the lock is not contended.
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -16,40 +16,40 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// How often a helper without work looks for some before it leaves: about 20 microseconds, a few
-/// times what it takes to invite one.
-const LOOKS: u32 = 2000;
+/// How often a helper without a job polls for one before it leaves: about 20 microseconds, a few
+/// times the cost of spawning a helper.
+const MAX_POLLS: u32 = 2000;
 
-/// A pool of threads that helpers come from.
+/// A thread pool that runs helpers.
 pub(crate) trait Pool {
-    /// How many helpers may be there at once.
+    /// The largest number of concurrent helpers.
     fn helpers(&self) -> usize;
 
-    /// Runs this some time, or never.
+    /// Runs the closure at some time, or never.
     fn spawn(&self, help: impl FnOnce() + Send + 'static);
 }
 
-/// Those who share the work of one owner, a scene for instance.
+/// The threads that share the work of one owner, for instance a scene.
 #[derive(Default)]
 pub(crate) struct Crew {
     state: Mutex<State>,
-    /// How many offers there are, to be read without the lock.
+    /// The number of offers, readable without the lock.
     offered: AtomicUsize,
-    /// Something was offered or is done.
+    /// Signals that a job was offered or is done.
     changed: Condvar,
 }
 
 #[derive(Default)]
 struct State {
-    /// The oldest first: those are the largest.
+    /// The oldest first, because they are the largest.
     offers: VecDeque<Offer>,
-    /// Invited, or there.
+    /// Helpers that were spawned and have not left.
     helpers: usize,
     /// Threads that wait for a helper.
     waiting: usize,
 }
 
-/// Work that nobody has begun.
+/// A job that no thread has begun.
 struct Offer {
     work: &'static dyn Work,
     done: Arc<AtomicBool>,
@@ -67,21 +67,21 @@ struct Job<F, R> {
 
 impl<F: FnOnce() -> R + Send, R: Send> Work for Job<F, R> {
     fn run(&self) {
-        if let Some(work) = open(&self.work).take() {
+        if let Some(work) = lock(&self.work).take() {
             let result = catch_unwind(AssertUnwindSafe(work));
-            *open(&self.result) = Some(result);
+            *lock(&self.result) = Some(result);
         }
     }
 }
 
-/// A lock that nobody can have poisoned, since nothing panics while it is held.
-fn open<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks a mutex. It is never poisoned, because nothing panics while a lock is held.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Crew {
-    /// Both results. The second job is done by a helper if one comes in time. A panic in either
-    /// goes on here, when both have ended.
+    /// Runs both jobs and returns their results. A helper runs the second one if it arrives in
+    /// time. A panic in either is resumed here after both have ended.
     pub(crate) fn join<A: Send, B: Send>(
         self: &Arc<Self>,
         pool: &impl Pool,
@@ -91,14 +91,14 @@ impl Crew {
         let job = Job { work: Mutex::new(Some(other)), result: Mutex::new(None) };
         let done = Arc::new(AtomicBool::new(false));
         let work: &dyn Work = &job;
-        // SAFETY: this stretches the lifetime of a borrow of `job`. It ends in time: from here on
-        // nothing unwinds until the offer has been taken back, and then only the copy in this frame
-        // is left, or until `done` is set, which whoever took the offer does after the last use of
-        // the borrow. `job` lives until this function returns.
+        // SAFETY: this extends the lifetime of a borrow of `job`, which lives until this function
+        // returns. The borrow is not used after that: from here on nothing unwinds until either the
+        // offer has been taken back, so that the only copy is the one in this frame, or `done` is
+        // set, which the thread that took the offer does after its last use of the borrow.
         let work = unsafe { std::mem::transmute::<&dyn Work, &'static dyn Work>(work) };
-        let invites = self.offer(pool.helpers(), Offer { work, done: done.clone() });
+        let spawns = self.offer(pool.helpers(), Offer { work, done: done.clone() });
         let a = catch_unwind(AssertUnwindSafe(|| {
-            if invites {
+            if spawns {
                 let crew = self.clone();
                 pool.spawn(move || crew.help());
             }
@@ -109,7 +109,7 @@ impl Crew {
         } else if a.is_ok() {
             job.run();
         }
-        let b = open(&job.result).take();
+        let b = lock(&job.result).take();
         match (a, b) {
             (Ok(a), Some(Ok(b))) => (a, b),
             (Err(panic), _) | (_, Some(Err(panic))) => resume_unwind(panic),
@@ -117,23 +117,23 @@ impl Crew {
         }
     }
 
-    /// Whether one more helper is to be invited.
+    /// Adds an offer to the queue. Returns whether the caller must spawn another helper.
     fn offer(&self, helpers: usize, offer: Offer) -> bool {
-        let mut state = open(&self.state);
+        let mut state = lock(&self.state);
         state.offers.push_back(offer);
         self.offered.store(state.offers.len(), Ordering::Relaxed);
-        let invites = state.helpers < helpers;
-        state.helpers += usize::from(invites);
+        let spawns = state.helpers < helpers;
+        state.helpers += usize::from(spawns);
         if state.waiting > 0 {
             self.changed.notify_one();
         }
-        invites
+        spawns
     }
 
-    /// Whether nobody has begun the offer; then nobody will.
+    /// Removes an offer from the queue. Returns false if a thread has begun it.
     fn take_back(&self, done: &Arc<AtomicBool>) -> bool {
-        let mut state = open(&self.state);
-        // Offers of this thread that are left are the last ones, nearly always.
+        let mut state = lock(&self.state);
+        // The remaining offers of this thread are nearly always the last ones.
         let found = state.offers.iter().rposition(|offer| Arc::ptr_eq(&offer.done, done));
         if let Some(at) = found {
             state.offers.remove(at);
@@ -142,14 +142,14 @@ impl Crew {
         found.is_some()
     }
 
-    /// Does other parts of the work, until a helper has done its part.
+    /// Runs other jobs of the queue until a helper has finished the one given.
     fn help_until(&self, done: &AtomicBool) {
-        let mut state = open(&self.state);
+        let mut state = lock(&self.state);
         while !done.load(Ordering::Acquire) {
             if let Some(offer) = self.pop(&mut state) {
                 drop(state);
                 self.accept(offer);
-                state = open(&self.state);
+                state = lock(&self.state);
             } else {
                 state.waiting += 1;
                 state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -158,10 +158,10 @@ impl Crew {
         }
     }
 
-    /// What a helper does.
+    /// The main loop of a helper.
     fn help(&self) {
         loop {
-            let mut state = open(&self.state);
+            let mut state = lock(&self.state);
             match self.pop(&mut state) {
                 Some(offer) => {
                     drop(state);
@@ -169,8 +169,8 @@ impl Crew {
                 }
                 None => {
                     drop(state);
-                    if !self.look_around() {
-                        let mut state = open(&self.state);
+                    if !self.poll() {
+                        let mut state = lock(&self.state);
                         if state.offers.is_empty() {
                             state.helpers -= 1;
                             return;
@@ -181,9 +181,9 @@ impl Crew {
         }
     }
 
-    /// Whether something is offered soon.
-    fn look_around(&self) -> bool {
-        (0..LOOKS).any(|_| {
+    /// Polls for offers. Returns false if none arrives in time.
+    fn poll(&self) -> bool {
+        (0..MAX_POLLS).any(|_| {
             std::hint::spin_loop();
             self.offered.load(Ordering::Relaxed) > 0
         })
@@ -197,9 +197,9 @@ impl Crew {
 
     fn accept(&self, Offer { work, done }: Offer) {
         work.run();
-        // From here on the work may be gone.
+        // After this store, the borrow of the job may have ended.
         done.store(true, Ordering::Release);
-        if open(&self.state).waiting > 0 {
+        if lock(&self.state).waiting > 0 {
             self.changed.notify_all();
         }
     }
@@ -209,7 +209,7 @@ impl Crew {
 mod tests {
     use super::*;
 
-    /// Helpers on threads of their own, as many as allowed.
+    /// Helpers on their own threads, as many as allowed.
     struct Free(usize);
 
     impl Pool for Free {
@@ -222,7 +222,7 @@ mod tests {
         }
     }
 
-    /// Helpers that never come.
+    /// Helpers that never run.
     struct Busy;
 
     impl Pool for Busy {
@@ -233,7 +233,7 @@ mod tests {
         fn spawn(&self, _: impl FnOnce() + Send + 'static) {}
     }
 
-    /// Helpers that come when all is over.
+    /// Helpers that run after all work is done.
     #[derive(Default)]
     struct Late(Mutex<Vec<Box<dyn FnOnce() + Send>>>);
 
@@ -243,7 +243,7 @@ mod tests {
         }
 
         fn spawn(&self, help: impl FnOnce() + Send + 'static) {
-            open(&self.0).push(Box::new(help));
+            lock(&self.0).push(Box::new(help));
         }
     }
 
@@ -268,10 +268,10 @@ mod tests {
         assert_eq!(sum(&Arc::default(), &Busy, &numbers), right);
         let (crew, late) = (Arc::default(), Late::default());
         assert_eq!(sum(&crew, &late, &numbers), right);
-        let helpers = std::mem::take(&mut *open(&late.0));
+        let helpers = std::mem::take(&mut *lock(&late.0));
         assert_eq!(helpers.len(), 3);
         helpers.into_iter().for_each(|help| help());
-        assert_eq!(open(&crew.state).helpers, 0);
+        assert_eq!(lock(&crew.state).helpers, 0);
     }
 
     #[test]
@@ -283,7 +283,7 @@ mod tests {
                 let caught = catch_unwind(AssertUnwindSafe(|| crew.join(&Free(pool), || fails(0), || fails(1))));
                 assert_eq!(caught.is_err(), round % 3 < 2);
             }
-            assert!(open(&crew.state).offers.is_empty());
+            assert!(lock(&crew.state).offers.is_empty());
         }
     }
 

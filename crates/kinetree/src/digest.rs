@@ -1,11 +1,13 @@
-//! A number that tells whether bytes are still what they were.
+//! A 64-bit checksum.
 //!
-//! Each step takes in eight bytes and is a bijection of the state, so a change of any one word always changes the result; of other changes one in
-//! 2^64 goes unnoticed. It recognises damage and mix-ups. It is no signature: who wants to can make two files that agree.
+//! Each step mixes in eight bytes and is a bijection of the state, so a change of a single word
+//! always changes the result; of other changes, about one in 2^64 goes unnoticed. It detects
+//! damaged and mixed-up files. It is not cryptographic: collisions are easy to make.
 //!
-//! Fowler, Noll and Vo 1991, "FNV hash", taken in words, with a shift so that high bits reach the low ones.
+//! Fowler, Noll and Vo 1991, "FNV hash", with words instead of bytes, and a shift that carries high
+//! bits to low ones.
 
-/// Takes in words, one after the other.
+/// The state of a checksum.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Digest(u64);
 
@@ -20,14 +22,14 @@ impl Digest {
         self.0 = mixed ^ mixed >> 32;
     }
 
-    /// Three numbers of 32 bits.
+    /// Adds three 32-bit numbers.
     #[inline]
     pub(crate) fn triple(&mut self, [a, b, c]: [u32; 3]) {
         self.word(u64::from(a) | u64::from(b) << 32);
         self.word(c.into());
     }
 
-    /// All bytes, and how many there are.
+    /// Adds bytes and their number.
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
         let (words, rest) = bytes.as_chunks::<8>();
         words.iter().for_each(|word| self.word(u64::from_le_bytes(*word)));
@@ -63,7 +65,7 @@ mod tests {
             found.push(digest(&flipped));
         }
         found.extend((0..bytes.len()).map(|length| digest(&bytes[..length])));
-        // Zeros at the end are not the same as no bytes.
+        // Trailing zeros count.
         found.extend((0..20).map(|length| digest(&vec![0; length])).skip(1));
         let count = found.len();
         found.sort_unstable();

@@ -1,8 +1,8 @@
-//! Sharing work between threads. No other file names a thread pool.
+//! Parallel execution. No other file names a thread pool.
 //!
-//! Everything is expressed by joining two jobs, and splits at places that do not depend on the
-//! number of threads, so results do not either. The calling thread does the work and offers parts
-//! of it: it does not wait for threads that are busy with something else (`crew`).
+//! All parallelism is a join of two jobs, and where work is split does not depend on the number of
+//! threads, so results do not either. The calling thread does the work and offers parts of it: it
+//! does not wait for threads that are busy with something else (`crew`).
 
 use std::sync::Arc;
 
@@ -10,22 +10,23 @@ use crate::build_progress::BuildProgress;
 #[cfg(feature = "parallel")]
 use crate::crew::{Crew, Pool};
 
-/// A pool of threads of the caller's own: a job system of a game engine, for instance.
+/// The caller's own thread pool, for instance the job system of a game engine.
 ///
-/// A commit takes as long as its executor lets it. For one that finishes even while all other
-/// threads are busy, and that a long job of somebody else does not hold up, an executor
+/// A commit finishes even while all other threads are busy, and is not delayed by long jobs of
+/// other systems, if the executor
 ///
-/// * runs `one` on the calling thread, and offers `other` to the others meanwhile;
-/// * takes `other` back when `one` is done and nobody has begun it, and runs it on the calling
+/// * runs `one` on the calling thread, and offers `other` to the other threads meanwhile;
+/// * takes `other` back if no thread has begun it when `one` is done, and runs it on the calling
 ///   thread;
-/// * waits only for a thread that has begun `other`, and does nothing in the meantime that could
-///   take long, such as jobs of somebody else.
+/// * waits only for a thread that has begun `other`, and runs nothing long in the meantime, such as
+///   jobs of other systems.
 ///
-/// Running one after the other is right, too. Results do not depend on which thread does what.
+/// Running one after the other is correct, too. Results do not depend on which thread runs which
+/// job.
 pub trait Executor: Send + Sync {
-    /// Runs each of both exactly once, in any order or at once, and returns when both have
+    /// Runs each job exactly once, in any order or concurrently, and returns when both have
     /// returned. It is called from any thread, also from within a job, many levels deep. A panic in
-    /// a job has to go on in the caller, after the other job has ended.
+    /// a job must be resumed in the caller after the other job has ended.
     fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send));
 }
 
@@ -33,7 +34,7 @@ pub trait Executor: Send + Sync {
 #[derive(Clone, Default)]
 pub struct Threads {
     kind: Kind,
-    /// Who follows what they do.
+    /// Observes and cancels a build.
     progress: Option<BuildProgress>,
 }
 
@@ -55,7 +56,7 @@ impl Default for Kind {
     }
 }
 
-/// The pool of the process, or the one that the calling thread belongs to.
+/// The rayon pool of the calling thread, or the global one.
 #[cfg(feature = "parallel")]
 struct Current;
 
@@ -87,27 +88,26 @@ impl Threads {
         Self { kind: Kind::One, progress: None }
     }
 
-    /// The calling thread, with help from the pool of the process (rayon's current one), which is
-    /// also the default. What no thread of the pool has begun in time the calling thread does
-    /// itself, so it never waits for what else runs in the pool. No more threads are at work than
-    /// the pool has.
+    /// The calling thread, with help from rayon's current thread pool; the default. The calling
+    /// thread runs the jobs that no thread of the pool has begun in time, so it never waits for
+    /// other work in the pool. No more threads are used than the pool has.
     #[cfg(feature = "parallel")]
     pub fn shared() -> Self {
         Self { kind: Kind::Shared(Arc::default()), progress: None }
     }
 
-    /// The caller's own threads. See [`Executor`] for what they have to do.
+    /// The caller's own threads: see [`Executor`].
     pub fn of(executor: Arc<dyn Executor>) -> Self {
         Self { kind: Kind::Own(executor), progress: None }
     }
 
-    /// The same threads, for a build that is watched.
+    /// The same threads, for a build that reports its progress.
     pub(crate) fn with_progress(&self, progress: &BuildProgress) -> Self {
         Self { progress: Some(progress.clone()), ..self.clone() }
     }
 
-    /// Whether nothing is ever done at once and nobody looks on, so that cutting work into pieces
-    /// would only cost time.
+    /// Whether all work runs on one thread and no progress is reported, so that splitting work into
+    /// tasks is pure overhead.
     pub(crate) fn is_single_and_unobserved(&self) -> bool {
         self.progress.is_none()
             && match self.kind {
@@ -118,31 +118,31 @@ impl Threads {
             }
     }
 
-    /// See [`BuildProgress`]. A builder that finds itself cancelled ends as soon as it can, with any tree
-    /// at all: nobody will see it.
+    /// Whether the build was cancelled: see [`BuildProgress`]. A cancelled builder returns soon,
+    /// with an unspecified tree, which the caller drops.
     #[inline]
     pub(crate) fn is_cancelled(&self) -> bool {
         self.progress.as_ref().is_some_and(BuildProgress::is_cancelled)
     }
 
-    /// Another stage of a build begins, of so many units, and is taken to need `share` of what is
-    /// left.
-    pub(crate) fn begin_stage(&self, share: f32, units: usize) {
+    /// Begins the next stage of a build, of `steps` steps, which is expected to take the fraction
+    /// `fraction` of the time that is left.
+    pub(crate) fn begin_stage(&self, fraction: f32, steps: usize) {
         if let Some(progress) = &self.progress {
-            progress.begin_stage(share, units);
+            progress.begin_stage(fraction, steps);
         }
     }
 
-    /// So many more units of the stage are done. Not for every single one: threads wait for each
-    /// other here.
+    /// Records that `steps` more steps of the stage are done. Call it for many steps at a time: the
+    /// counter is shared by all threads.
     #[inline]
-    pub(crate) fn advance(&self, units: usize) {
+    pub(crate) fn advance(&self, steps: usize) {
         if let Some(progress) = &self.progress {
-            progress.advance(units);
+            progress.advance(steps);
         }
     }
 
-    /// Both results, computed at once if a thread is free.
+    /// Runs both jobs, in parallel if a thread is free, and returns their results.
     pub(crate) fn join<A: Send, B: Send>(
         &self,
         one: impl FnOnce() -> A + Send,
@@ -163,7 +163,8 @@ impl Threads {
         }
     }
 
-    /// Maps pieces of about `grain` items and merges the results, always in the same way.
+    /// Maps slices of at most `grain` items and merges the results pairwise. Neither the slices nor
+    /// the order of merging depends on the number of threads.
     pub(crate) fn reduce<T: Sync, R: Send>(
         &self,
         items: &[T],
@@ -179,7 +180,7 @@ impl Threads {
         merge(a, b)
     }
 
-    /// Visits each item, and its number, in pieces of about `grain` items.
+    /// Calls `visit` with the index of each item and the item, at most `grain` items per task.
     pub(crate) fn for_each<T: Send>(&self, items: &mut [T], grain: usize, visit: &(impl Fn(usize, &mut T) + Sync)) {
         self.for_each_from(0, items, grain, visit);
     }
@@ -204,7 +205,7 @@ impl Threads {
     }
 }
 
-/// Runs the jobs one after the other, the second one first. For tests.
+/// Runs the jobs one after the other, the second one first, for tests.
 #[cfg(test)]
 pub(crate) struct Backwards;
 
@@ -224,7 +225,7 @@ mod tests {
     fn every_kind_of_pool_gives_the_same_results() {
         let items: Vec<u64> = (0..1000).collect();
         for threads in [Threads::one(), Threads::default(), Threads::of(Arc::new(Backwards))] {
-            let text = threads.reduce(&items, 10, &|piece| format!("{piece:?}"), &|a, b| a + &b);
+            let text = threads.reduce(&items, 10, &|slice| format!("{slice:?}"), &|a, b| a + &b);
             assert_eq!(text.matches("[").count(), 128, "{threads:?}");
             let mut squares = items.clone();
             threads.for_each(&mut squares, 7, &|i, item| *item *= i as u64);

@@ -1,14 +1,14 @@
-//! Vectors that all threads write at once, in chunks.
+//! Vectors that several threads fill in parallel, in chunks.
 
 use std::mem::MaybeUninit;
 
 use super::vec_in_large_pages;
 use crate::threads::Threads;
 
-/// A chunk of a vector that is being written.
+/// A chunk of a vector that is being filled.
 pub(crate) struct ChunkWriter<'a, T> {
     memory: &'a mut [MaybeUninit<T>],
-    /// Everything before this has been written.
+    /// The values before this index are initialised.
     len: usize,
 }
 
@@ -24,19 +24,20 @@ impl<T: Copy> ChunkWriter<'_, T> {
     /// The values pushed so far.
     #[inline(always)]
     pub(crate) fn written(&self) -> &[T] {
-        // SAFETY: everything before `len` has been written, and `MaybeUninit<T>` is laid out as `T` is.
+        // SAFETY: everything before `len` has been written, and `MaybeUninit<T>` is laid out as `T`
+        // is.
         unsafe { &*(&raw const self.memory[..self.len] as *const [T]) }
     }
 
-    /// How many values have to be pushed in all.
+    /// The number of values that must be pushed in all.
     #[inline(always)]
     pub(crate) fn size(&self) -> usize {
         self.memory.len()
     }
 }
 
-/// A vector of `count` values that all threads write at once, a chunk at a time, into uninitialised
-/// memory; and what `write` returned for each chunk. `write` gets the index of the chunk's first value.
+/// Fills a new vector of `count` values in parallel, and returns it with the results of `write`,
+/// one per chunk. `write` gets the index of the chunk's first value.
 ///
 /// # Panics
 /// When `write` leaves a chunk unfilled.
@@ -49,7 +50,7 @@ pub(crate) fn vec_in_chunks<T: Copy + Send, R: Send>(
     fill_in_chunks(vec_in_large_pages(count), count, chunk, threads, write)
 }
 
-/// As [`vec_in_chunks`], in a vector that is empty and has the capacity.
+/// As [`vec_in_chunks`], in an empty vector that has the capacity.
 ///
 /// # Panics
 /// When `write` leaves a chunk unfilled, or the capacity is below `count`.

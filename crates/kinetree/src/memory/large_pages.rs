@@ -1,7 +1,6 @@
-//! Vectors in large pages, where the system has them, so that a step from node to node seldom waits for
-//! the translation of an address.
+//! Vectors in large pages, where the system has them, which saves TLB misses in traversal.
 
-/// An empty vector with room for `count` values, in large pages if it is large.
+/// An empty vector of capacity `count`, in large pages if it is large.
 pub(crate) fn vec_in_large_pages<T>(count: usize) -> Vec<T> {
     let vec: Vec<T> = Vec::with_capacity(count);
     prefer_large_pages(&vec);
@@ -17,8 +16,8 @@ fn prefer_large_pages<T>(vec: &Vec<T>) {
     let end = start + vec.capacity() * size_of::<T>();
     let (first, last) = (start.next_multiple_of(LARGE), end / LARGE * LARGE);
     if first < last {
-        // SAFETY: the range lies within memory that `vec` owns; the advice changes neither its contents
-        // nor who may use it, and its failure is harmless.
+        // SAFETY: the range lies within memory that `vec` owns; the advice changes neither its
+        // contents nor who may use it, and its failure is harmless.
         unsafe { libc::madvise(first as *mut libc::c_void, last - first, libc::MADV_HUGEPAGE) };
     }
 }

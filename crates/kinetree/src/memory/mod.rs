@@ -1,5 +1,5 @@
-//! Memory for trees and for walks through them: a [stack](stack), vectors in [large pages](large_pages),
-//! and vectors [written by all threads](chunk_writer) at once.
+//! Memory for trees and traversal: a [stack](stack), vectors in [large pages](large_pages), and
+//! vectors [filled in parallel](chunk_writer).
 
 mod chunk_writer;
 mod large_pages;

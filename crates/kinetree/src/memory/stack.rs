@@ -1,9 +1,9 @@
-//! A stack that costs nothing until it is used.
+//! A fixed-size stack that is not zeroed.
 
 use std::mem::MaybeUninit;
 
-/// Uninitialised memory for a stack of `N` values. Making it costs nothing: zeroing it would be a
-/// call, and take longer than the walk of many a ray.
+/// Uninitialised memory for a stack of `N` values. Zeroing it would be a call to `memset`, which
+/// takes longer than the traversal of a short ray.
 pub(crate) struct StackBuffer<T, const N: usize>([MaybeUninit<T>; N]);
 
 impl<T: Copy, const N: usize> StackBuffer<T, N> {
@@ -19,9 +19,9 @@ impl<T: Copy, const N: usize> StackBuffer<T, N> {
     }
 }
 
-/// A stack in memory that stands elsewhere, so that its top can stay in a register. It grows downwards.
+/// A stack in borrowed memory, so that its top can stay in a register. It grows downwards.
 pub(crate) struct Stack<'a, T, const N: usize> {
-    /// Everything from `top` on has been written.
+    /// The values from `top` on are initialised.
     memory: &'a mut [MaybeUninit<T>; N],
     top: usize,
 }
@@ -43,7 +43,7 @@ impl<T: Copy, const N: usize> Stack<'_, T, N> {
             return None;
         }
         self.top = top + 1;
-        // SAFETY: everything from `top` on has been written.
+        // SAFETY: the values from `top` on are initialised.
         Some(unsafe { self.memory[top].assume_init() })
     }
 }

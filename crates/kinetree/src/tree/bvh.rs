@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::{Node, Target};
 use crate::geometry::Aabb;
 
-/// No path is longer than this: the fixed stacks of walks are large enough because of it.
+/// The largest number of nodes on a path from the root. The fixed-size traversal stacks rely on it.
 pub const MAX_DEPTH: usize = 64;
 
 /// A binary tree of boxes. Always:
@@ -14,10 +14,11 @@ pub const MAX_DEPTH: usize = 64;
 /// 2. the two children of an inner node are neighbours;
 /// 3. a child lies within its parent;
 /// 4. every primitive is in exactly one leaf, or in several when `has_duplicates()`;
-/// 5. no child stands before its parent, so a backwards walk refits;
+/// 5. a child comes after its parent, so that refitting is one pass from the last node to the
+///    first;
 /// 6. no path is longer than [`MAX_DEPTH`];
-/// 7. pairs of children are numbered from 1 on: the first of a pair has an odd number, so nodes 2i
-///    + 1 and 2i + 2 are pair i, and no number is left out.
+/// 7. pair i of children is nodes 2i + 1 and 2i + 2: the first child of a pair has an odd index,
+///    and every node but the root belongs to a pair.
 ///
 /// A tree without primitives has no nodes.
 #[doc(alias = "BLAS")]
@@ -26,12 +27,12 @@ pub const MAX_DEPTH: usize = 64;
 pub struct Bvh {
     nodes: Vec<Node>,
     primitives: Vec<u32>,
-    /// How many different primitives the leaves hold.
+    /// The number of distinct primitives in the leaves.
     distinct: u32,
     topology: Topology,
 }
 
-/// Which links and leaves a tree has: equal for trees that differ in their boxes only.
+/// Identifies the links and leaves of a tree: equal for trees that differ in their boxes only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Topology(u64);
 
@@ -42,7 +43,7 @@ impl Topology {
     }
 }
 
-/// In short: how large it is.
+/// Prints the sizes only.
 impl fmt::Debug for Bvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, primitives) = (self.node_count(), self.primitive_count());
@@ -57,12 +58,14 @@ impl Default for Bvh {
 }
 
 impl Bvh {
-    /// From parts that a builder made. Its promises are the builder's to keep; tests check them with `validate`.
+    /// A tree of the parts that a builder made. The builder must keep the promises; they are not
+    /// checked here.
     pub(crate) fn from_parts(nodes: Vec<Node>, primitives: Vec<u32>, distinct: u32) -> Self {
         Self { nodes, primitives, distinct, topology: Topology::fresh() }
     }
 
-    /// Nodes, primitives, and how many different ones there are: what it was made from.
+    /// The arguments of [`Self::from_parts`]: nodes, primitives, and the number of distinct
+    /// primitives.
     pub(crate) fn into_parts(self) -> (Vec<Node>, Vec<u32>, u32) {
         (self.nodes, self.primitives, self.distinct)
     }
@@ -83,28 +86,28 @@ impl Bvh {
         self.root().map_or(Aabb::EMPTY, |root| root.bounds)
     }
 
-    /// Numbers of primitives in the order of the leaves.
+    /// Primitive indices in the order of the leaves.
     #[inline]
     pub fn primitives(&self) -> &[u32] {
         &self.primitives
     }
 
-    /// How many different primitives there are.
+    /// The number of distinct primitives.
     pub fn primitive_count(&self) -> usize {
         self.distinct as usize
     }
 
-    /// Whether a primitive may be in several leaves.
+    /// Whether some primitive is in several leaves.
     pub fn has_duplicates(&self) -> bool {
         self.primitives.len() > self.distinct as usize
     }
 
-    /// How many nodes there are, leaves included.
+    /// The number of nodes, leaves included.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Bytes held.
+    /// Bytes of heap memory held.
     pub fn heap_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>() + self.primitives.capacity() * size_of::<u32>()
     }
@@ -114,7 +117,7 @@ impl Bvh {
         let mut depth_of = vec![0_u32; self.nodes.len()];
         let mut deepest = 0;
         for (node, at) in self.nodes.iter().zip(0..) {
-            // Promise 5: the parent has been here before.
+            // Promise 5: the parent's depth is known.
             let depth: u32 = depth_of[at] + 1;
             deepest = deepest.max(depth);
             if let Target::Node(first) = node.link.target() {
@@ -125,13 +128,14 @@ impl Bvh {
         deepest as usize
     }
 
-    /// The same tree over primitives with other numbers.
+    /// The same tree with each primitive index `i` replaced by `number_of[i]`.
     pub(crate) fn renumbered(mut self, number_of: &[u32]) -> Self {
         self.primitives.iter_mut().for_each(|primitive| *primitive = number_of[*primitive as usize]);
         self
     }
 
-    /// Takes over links and leaves of another tree, if they are others, and gives the boxes out for writing.
+    /// Copies the leaves of another tree if its topology differs, and returns the nodes, which the
+    /// caller must overwrite.
     pub(crate) fn nodes_to_rewrite(&mut self, like: &Self) -> &mut Vec<Node> {
         if self.topology != like.topology {
             self.primitives.clone_from(&like.primitives);

@@ -1,16 +1,17 @@
-//! What a tree is expected to cost a ray.
+//! The expected cost of a ray through a tree: the surface area heuristic over all nodes.
 
 use super::{Bvh, Target};
 
 impl Bvh {
-    /// The expected cost of a ray that hits the root: visits of nodes and tests of primitives, each weighed by the
-    /// chance of a random line that crosses the root to cross it too (Goldsmith and Salmon 1987; MacDonald and Booth 1990). 0 for an
-    /// empty tree; a tree whose root has no area counts every node with chance one.
+    /// The expected cost of a ray that hits the root: node visits and primitive tests, each
+    /// weighted by the probability that a random line through the root's box crosses the node's box
+    /// (Goldsmith and Salmon 1987; MacDonald and Booth 1990). 0 for an empty tree; if the root has
+    /// no area, every node has probability one.
     pub fn cost(&self, node_cost: f32, primitive_cost: f32) -> f32 {
         let root = f64::from(self.bounds().half_area());
-        let share = |area: f32| if root > 0.0 && root.is_finite() { f64::from(area) / root } else { 1.0 };
+        let probability = |area: f32| if root > 0.0 && root.is_finite() { f64::from(area) / root } else { 1.0 };
         let expected = self.nodes().iter().map(|node| {
-            share(node.bounds.half_area())
+            probability(node.bounds.half_area())
                 * match node.link.target() {
                     Target::Node(_) => f64::from(node_cost),
                     Target::Primitives(range) => f64::from(primitive_cost) * range.len() as f64,
@@ -19,7 +20,8 @@ impl Bvh {
         expected.sum::<f64>() as f32
     }
 
-    /// How much siblings stand in each other's way: the summed area of their common boxes over the root's area.
+    /// How much siblings overlap: the summed area of the intersections of siblings' boxes over the
+    /// root's area.
     pub fn overlap(&self) -> f32 {
         let root = f64::from(self.bounds().half_area());
         let shared = self.nodes().iter().map(|node| match node.link.target() {

@@ -1,4 +1,4 @@
-//! Does a tree keep its promises?
+//! Checks the promises of a tree.
 
 use super::{Bvh, Location, MAX_DEPTH, Target, Violation};
 
@@ -6,7 +6,7 @@ impl Bvh {
     /// Checks promises 1 to 7.
     ///
     /// # Errors
-    /// The first promise that does not hold, and where.
+    /// The first promise that is broken, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         let nodes = self.nodes();
         if nodes.is_empty() {
@@ -14,9 +14,9 @@ impl Bvh {
             let without_root = Violation::new(1, "primitives without a root", Location::Node(0));
             return if is_empty { Ok(()) } else { Err(without_root) };
         }
-        // Depth of a node once its parent has been met; zero until then.
+        // Depth of each node whose parent has been visited; zero for the others.
         let mut depth_of = vec![0_usize; nodes.len()];
-        let mut met = vec![0_u32; self.primitives().len()];
+        let mut leaf_counts = vec![0_u32; self.primitives().len()];
         depth_of[0] = 1;
         for (at, node) in nodes.iter().enumerate() {
             let violation = |promise, what, node| Err(Violation::new(promise, what, Location::Node(node)));
@@ -28,7 +28,7 @@ impl Bvh {
                 return violation(6, "a path that is too long", at);
             }
             if node.bounds.min.iter().chain(&node.bounds.max).any(|x| x.is_nan()) {
-                return violation(3, "a box that is not a number", at);
+                return violation(3, "a box with a NaN", at);
             }
             match node.link.target() {
                 Target::Node(first) => {
@@ -50,17 +50,18 @@ impl Bvh {
                     }
                 }
                 Target::Primitives(range) => {
-                    let Some(places) = met.get_mut(range.start as usize..range.end as usize) else {
+                    let Some(entries) = leaf_counts.get_mut(range.start as usize..range.end as usize) else {
                         return violation(4, "a leaf that leads beyond the last primitive", at);
                     };
-                    places.iter_mut().for_each(|place| *place += 1);
+                    entries.iter_mut().for_each(|entry| *entry += 1);
                 }
             }
         }
-        // Each place of the list belongs to one leaf; each primitive has one place, or more in a tree with duplicates.
-        if let Some(place) = met.iter().position(|&leaves| leaves != 1) {
-            let what = if met[place] == 0 { "a primitive in no leaf" } else { "a primitive that leaves share" };
-            return Err(Violation::new(4, what, Location::Item(place)));
+        // Each entry of the list belongs to one leaf; a primitive has one entry, or several in a
+        // tree with duplicates.
+        if let Some(entry) = leaf_counts.iter().position(|&leaves| leaves != 1) {
+            let what = if leaf_counts[entry] == 0 { "a primitive in no leaf" } else { "a primitive that leaves share" };
+            return Err(Violation::new(4, what, Location::Item(entry)));
         }
         let mut numbers = self.primitives().to_vec();
         numbers.sort_unstable();
@@ -68,7 +69,7 @@ impl Bvh {
         numbers.dedup();
         if numbers.len() != self.primitive_count() {
             let location = Location::Primitive(duplicate.unwrap_or(0));
-            return Err(Violation::new(4, "another number of different primitives than it says", location));
+            return Err(Violation::new(4, "the number of distinct primitives is wrong", location));
         }
         Ok(())
     }
@@ -87,8 +88,8 @@ mod tests {
         Node { bounds, link: Link::node(first) }
     }
 
-    fn leaf(bounds: Aabb, place: u32) -> Node {
-        Node { bounds, link: Link::primitives(place..place + 1) }
+    fn leaf(bounds: Aabb, entry: u32) -> Node {
+        Node { bounds, link: Link::primitives(entry..entry + 1) }
     }
 
     fn check(nodes: Vec<Node>, primitives: Vec<u32>) -> Result<(), Violation> {
@@ -96,7 +97,7 @@ mod tests {
         Bvh::from_parts(nodes, primitives, distinct).validate()
     }
 
-    /// The promise that is broken, and where.
+    /// The broken promise, and where.
     fn broken(nodes: Vec<Node>, primitives: Vec<u32>) -> (u32, Location) {
         let violation = check(nodes, primitives).expect_err("a promise is broken");
         (violation.promise, violation.location)
@@ -120,18 +121,19 @@ mod tests {
         let same = vec![inner(BIG, 1), leaf(SMALL, 0), leaf(SMALL, 1)];
         assert_eq!(broken(same, vec![5, 5]), (4, Primitive(5)));
         assert_eq!(broken(vec![leaf(BIG, 3)], vec![0]), (4, Node(0)));
-        let circle = vec![inner(BIG, 0), leaf(SMALL, 0)];
-        assert_eq!(broken(circle, vec![0]), (5, Node(0)));
+        let cycle = vec![inner(BIG, 0), leaf(SMALL, 0)];
+        assert_eq!(broken(cycle, vec![0]), (5, Node(0)));
         let orphan = vec![leaf(BIG, 0), leaf(BIG, 1)];
         assert_eq!(broken(orphan, vec![0, 1]), (5, Node(1)));
-        // Each inner node's children are the leaf and the inner node that follow it; the last gets two leaves.
+        // Each inner node has a leaf and the next inner node as children; the last one has two
+        // leaves.
         let count = MAX_DEPTH as u32;
         let chain = std::iter::once(inner(BIG, 1))
             .chain((1..count).flat_map(|i| [leaf(BIG, i - 1), inner(BIG, i * 2 + 1)]))
             .chain([leaf(BIG, count - 1), leaf(BIG, count)])
             .collect();
         assert_eq!(broken(chain, (0..=count).collect()).0, 6);
-        // A gap before the only pair: everything else is right, but nodes 2 and 3 are no pair.
+        // A gap before the only pair: all other promises hold, but nodes 2 and 3 are not a pair.
         let shifted = vec![inner(BIG, 2), leaf(SMALL, 0), leaf(SMALL, 1), leaf(SMALL, 2)];
         assert_eq!(broken(shifted, vec![0, 1, 2]), (7, Node(2)));
     }

@@ -1,38 +1,38 @@
-//! What is wrong with a tree: one type for every kind of tree.
+//! A broken promise of a tree: one type for every kind of tree.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// The first promise of a tree that does not hold, and where. The promises are numbered on the type
-/// of the tree.
+/// The first promise of a tree that is broken, and where. The documentation of the tree's type
+/// lists the promises by number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("promise {promise}: {what}, at {location}")]
 pub struct Violation {
-    /// Its number.
+    /// The number of the promise.
     pub promise: u32,
     /// What was found.
     pub what: &'static str,
-    /// Where.
+    /// Where it was found.
     pub location: Location,
 }
 
-/// Where in a tree.
+/// A location in a tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Location {
-    /// A node, by its number.
+    /// A node, by index.
     Node(usize),
-    /// One of the boxes of a node.
+    /// One of the eight boxes of a wide node.
     Lane {
-        /// The number of the node.
+        /// The index of the node.
         node: usize,
-        /// The number of the box in it.
+        /// The index of the box in the node.
         lane: usize,
     },
-    /// An entry of the list that leaves lead to.
+    /// An entry of the list that leaves link to.
     Item(usize),
-    /// A primitive, by the caller's number.
+    /// A primitive, by the caller's index.
     Primitive(u32),
 }
 

@@ -1,24 +1,24 @@
-//! What a commit does with a mesh, and why, as reports say it.
+//! The actions of a commit on a mesh, with reasons, as reports list them.
 
 use std::fmt;
 
-/// What a commit did with a mesh.
+/// What a commit did to a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Action {
-    /// Nothing.
+    /// Nothing: the tree is the one of the previous frame.
     Kept,
     /// Its first tree was built.
     Built,
-    /// A tree that was built before, and handed over with the mesh, was taken instead of building
-    /// one.
+    /// The tree that came with the mesh, built earlier
+    /// ([`Mesh::with_tree`](crate::Mesh::with_tree)), was used instead of a build.
     Loaded,
-    /// Boxes were recomputed in the tree that was there.
+    /// The boxes of the existing tree were recomputed.
     Refitted,
     /// A new tree replaced the old one.
     Rebuilt,
 }
 
-/// Why it did so.
+/// The reason for an [`Action`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
@@ -30,19 +30,19 @@ pub enum Reason {
     New,
     /// The same triangles moved.
     PositionsMoved,
-    /// Other triangles.
+    /// The triangles were replaced.
     TrianglesChanged,
-    /// The triangles moved, and the mesh was announced as one that is rebuilt, or as one whose
-    /// triangles never move.
+    /// The triangles moved, but the mesh's [`Motion`](super::Motion) is not `Deforming`, so it is
+    /// not refitted.
     NotMadeForRefit,
-    /// After a refit, rays would have been too much more work than when the tree was good.
+    /// The expected cost of rays through the refitted tree had risen too far above its baseline.
     Drifted,
-    /// A tree that was built to compare with the refitted one was better, though the refitted one
-    /// was not known to have drifted: it had been built over a pose that hides all drift.
+    /// A new tree, built for comparison, was better than the refitted one although the estimate
+    /// showed no drift: the refitted tree had been built over a pose that hides drift.
     BetterTreeFound,
     /// The caller asked for it: [`Scene::rebuild`](crate::Scene::rebuild).
     Requested,
-    /// A pose put vertices beyond all numbers; they stay where they were.
+    /// A pose made vertices infinite or NaN; the mesh keeps its previous positions.
     PoseNotFinite,
 }
 

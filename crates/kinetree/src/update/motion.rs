@@ -1,18 +1,18 @@
-//! How a mesh is going to move, as far as its owner knows.
+//! How the caller expects a mesh to move.
 
-/// A promise about use, which picks how a mesh is built and kept. What really happens in a frame is
-/// decided by the plan.
+/// How a mesh is expected to move, which selects how its tree is built and updated. What each
+/// commit does depends on the edits.
 ///
-/// | motion | its trees are built with | a frame in which it moves costs |
+/// | motion | trees are built with | a frame in which it moves costs |
 /// |---|---|---|
 /// | `Static` | [`Balanced`], once, by the first commit | a rebuild: it is not meant to move |
 /// | `Rigid` | [`Fast`], once, by the first commit | the placement of its instances |
 /// | `Deforming` | [`Fast`] | a refit; a rebuild when it has drifted too far |
 /// | `Dynamic` | [`Fastest`] | a rebuild |
 ///
-/// [`Mesh::with_quality`] overrides the quality of a mesh. No motion builds with [`Best`], which takes
-/// several times as long as [`Balanced`]: such trees are baked, once, before the game runs
-/// ([`Mesh::bake`], `kinetree bake`), and handed over with meshes that are `Static` or `Rigid`
+/// [`Mesh::with_quality`] overrides the quality of a mesh. No motion builds with [`Best`], which
+/// takes several times as long as [`Balanced`]: bake such trees once, before the game runs
+/// ([`Mesh::bake`], `kinetree bake`), and pass them with meshes that are `Static` or `Rigid`
 /// ([`Mesh::with_tree`]).
 ///
 /// [`Fastest`]: crate::build::Quality::Fastest
@@ -24,15 +24,16 @@
 /// [`Mesh::with_tree`]: crate::Mesh::with_tree
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Motion {
-    /// Scenery that stays where it is: built once, as well as a level's loading time allows
-    /// (`Balanced`). What shall be better still is baked beforehand.
+    /// Scenery that does not move. Built once, at the quality for a level's loading time
+    /// (`Balanced`). For a better tree, bake it.
     Static,
-    /// Moves as a whole: a car's body, a wheel. Its tree is built once and stays; rays are
-    /// transformed instead.
+    /// Moves as a whole: a car's body, a wheel. Its tree is built once and kept; rays are
+    /// transformed into its space.
     Rigid,
-    /// The same triangles in other places: trees in the wind, cloth, skinned characters. Refitted,
-    /// and rebuilt when it has drifted too far.
+    /// The same triangles with new vertex positions: trees in the wind, cloth, skinned characters.
+    /// Refitted, and rebuilt when the tree has drifted too far.
     Deforming,
-    /// Triangles come and go: smoke, shards. Rebuilt whenever it changes, by the fastest builder.
+    /// Triangles appear and disappear: smoke, shards. Rebuilt at every change, by the fastest
+    /// builder.
     Dynamic,
 }

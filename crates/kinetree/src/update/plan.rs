@@ -1,12 +1,12 @@
-//! Keep, refit or rebuild? Decided by what was edited and by what rays are expected to cost, never
-//! by the clock: the same edits give the same trees.
+//! Decides whether to keep, refit or rebuild a mesh's tree, from the edits and the expected cost of
+//! rays, never from measured times: the same edits give the same trees.
 //!
-//! A rise of the estimated drift says that a refitted tree has degraded. But the estimate rests on
-//! a baseline, a pose in which the tree was good, and that may be blind: a tree that was built over
-//! a point, a line or a crumpled pose had no chance to be good. So a fall far below the baseline,
-//! and the first refit after a build, are reasons to doubt too. In doubt another tree is built, the
-//! costs of both in the same pose are compared, and the better one is kept: a false alarm costs a
-//! build, and no more.
+//! A rise of the estimated drift means that a refitted tree has degraded. The estimate is relative
+//! to a baseline, the cost in a pose in which the tree was good, and the baseline may be wrong: a
+//! tree that was built over a point, a line or a crumpled pose never was good. So a cost far below
+//! the baseline, and the first refit after a build, also count as doubt. In doubt, a new tree is
+//! built, the costs of both in the same pose are compared, and the better one is kept: a false
+//! alarm costs one build.
 
 use super::quality::estimated_drift;
 use super::{Action, Motion, Reason};
@@ -20,7 +20,7 @@ pub(crate) enum Edit {
     Triangles,
 }
 
-/// All that the decision rests on.
+/// The input of [`decide`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MeshUpdate {
     pub(crate) motion: Motion,
@@ -30,7 +30,7 @@ pub(crate) struct MeshUpdate {
     pub(crate) rebuild: bool,
 }
 
-/// What to do, before anything is measured.
+/// What to do with a mesh before any cost is measured.
 pub(crate) fn decide(update: &MeshUpdate) -> (Action, Reason) {
     match (update.edit, update.motion) {
         _ if !update.has_tree => (Action::Built, Reason::New),
@@ -43,59 +43,58 @@ pub(crate) fn decide(update: &MeshUpdate) -> (Action, Reason) {
 }
 
 /// A tree is compared with a new one at once if its estimated drift exceeds this, or if the plain
-/// ratio of its costs does: what the estimate misses where triangles that were apart come together
-/// to a smooth surface, because they overlap more and yet cost less.
+/// ratio of its costs does. The plain ratio catches what the estimate misses when scattered
+/// triangles come together to a smooth surface: they overlap more and yet cost less.
 ///
-/// A choice. In the motions of `tests/drift.rs` rays then do up to 1.2 times the work that they do
-/// in fresh trees, in the mean over a frame; with 1.5, up to 1.5 times.
+/// Measured in the motions of `tests/drift.rs`: the mean work of rays in a frame is up to 1.2 times
+/// that in fresh trees; with 1.5, up to 1.5 times.
 const DEGRADED_ABOVE: f64 = 1.25;
 
 /// The baseline of a tree whose estimated drift falls below this is doubtful.
 const DOUBTFUL_BELOW: f64 = 0.8;
 
-/// The new tree is kept if its cost is less than this share of the refitted one's.
+/// The new tree is kept if its cost is less than this fraction of the refitted tree's.
 const WORTH_REPLACING: f64 = 0.95;
 
-/// Poses whose figures differ by less than this ratio are taken for the same: a comparison would
-/// tell nothing new.
+/// Poses whose costs differ by less than this ratio count as the same pose, for which the
+/// comparison would have the same outcome.
 const SAME_POSE: f64 = 1.01;
 
-/// The most refits from one comparison to the next of a tree whose baseline is doubtful, and of any
-/// other.
+/// The largest number of refits between two comparisons: of a tree whose baseline is doubtful, and
+/// of any other.
 const LONGEST_WAIT_IN_DOUBT: u32 = 64;
 const LONGEST_WAIT: u32 = 256;
 
-/// Watches over a tree from its build on.
+/// The history of a tree since its build, from which comparisons are scheduled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Upkeep {
-    /// What rays cost when the tree was last known to be good; `None` if that was a pose without
-    /// area.
+    /// The cost of rays when the tree was last known to be good; `None` if that pose had no area.
     baseline: Option<RayCost>,
-    /// Whether the tree has been compared with another since it was built.
+    /// Whether the tree has been compared with a new one since its build.
     compared: bool,
     /// Refits since the last build or comparison, of poses with area.
     refits: u32,
-    /// How many there have to be before the next comparison that nothing calls for.
+    /// The number of refits after which the next comparison is due without a rise of the cost.
     wait: u32,
 }
 
-/// Why a tree is to be compared with a new one.
+/// Why a tree must be compared with a new one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Doubt {
-    /// The estimate says that it has degraded.
+    /// The estimated drift is too large.
     Degraded,
-    /// The estimate may be wrong.
+    /// The baseline of the estimate may be wrong.
     Baseline,
 }
 
 impl Upkeep {
-    /// Of a tree that was built in this pose.
+    /// For a tree that was built in a pose of this cost.
     pub(crate) fn of_build(built: Option<RayCost>) -> Self {
         Self { baseline: built, compared: false, refits: 0, wait: 1 }
     }
 
-    /// What a refit measured: the estimated drift, where there is a baseline, and whether a tree is
-    /// to be built for a comparison.
+    /// Records the cost after a refit. Returns the estimated drift, if there is a baseline, and the
+    /// reason to build a tree for comparison, if there is one.
     pub(crate) fn refitted(&mut self, now: &RayCost) -> (Option<f64>, Option<Doubt>) {
         self.refits = self.refits.saturating_add(1);
         let Some(baseline) = &self.baseline else { return (None, Some(Doubt::Baseline)) };
@@ -112,12 +111,13 @@ impl Upkeep {
         (Some(drift), doubt)
     }
 
-    /// What a comparison in one pose found. `true` if the new tree is worth keeping; otherwise the
-    /// refitted one is as good, and what it costs now is its baseline.
+    /// Records the comparison of two trees in the same pose. Returns `true` if the new tree must
+    /// replace the refitted one; otherwise the refitted tree is as good, and its cost becomes the
+    /// baseline.
     pub(crate) fn compared(&mut self, refitted: &RayCost, new: Option<&RayCost>) -> bool {
         let better = new.filter(|new| new.work < WORTH_REPLACING * refitted.work);
         self.wait = match better {
-            // When it would have degraded too far, at the rate that was found.
+            // When the new tree will have degraded too far, at the rate of the old one.
             Some(new) => {
                 let loss = (refitted.work / new.work - 1.0) / f64::from(self.refits.max(1));
                 ((DEGRADED_ABOVE - 1.0) / loss).clamp(1.0, f64::from(LONGEST_WAIT)) as u32
@@ -166,7 +166,7 @@ mod tests {
         RayCost { work, crossed }
     }
 
-    /// A tree that cost 20 when it was built, and was compared in vain at its first refit.
+    /// A tree of cost 20 whose comparison at the first refit found nothing better.
     fn settled() -> Upkeep {
         let mut upkeep = Upkeep::of_build(Some(cost(19.0, 3.0)));
         assert_eq!(upkeep.refitted(&cost(20.0, 3.0)).1, Some(Doubt::Baseline));
@@ -198,11 +198,11 @@ mod tests {
         assert_eq!(upkeep.refitted(&cost(25.1, 3.0)).1, Some(Doubt::Degraded));
         assert!(!upkeep.compared(&cost(25.1, 3.0), Some(&cost(24.0, 3.0))));
         assert_eq!(upkeep.refitted(&cost(25.1, 3.0)), (Some(1.0), None));
-        // Triangles that came together: the estimate falls, the cost rises.
+        // Triangles come together: the estimate falls, the cost rises.
         let mut upkeep = settled();
         let (drift, doubt) = upkeep.refitted(&cost(25.1, 9.0));
         assert_eq!((drift.map(|drift| drift < 1.0), doubt), (Some(true), Some(Doubt::Baseline)));
-        // Triangles that parted: the estimate rises, the cost does not.
+        // Triangles move apart: the estimate rises, the cost does not.
         assert_eq!(settled().refitted(&cost(20.0, 1.0)).1, Some(Doubt::Degraded));
     }
 
@@ -217,8 +217,8 @@ mod tests {
         assert!(!settled().compared(&cost(20.0, 3.0), None));
     }
 
-    /// The refits after which a tree was compared, in vain, while its cost changes by the same
-    /// ratio in each of them.
+    /// The numbers of refits between comparisons that find nothing better, while the cost changes
+    /// by the same ratio in each refit.
     fn waits(ratio: f64, refits: usize) -> Vec<usize> {
         let mut upkeep = Upkeep::of_build(Some(cost(1e9, 3.0)));
         let (mut work, mut last, mut waits) = (1e9, 0, Vec::new());
@@ -243,12 +243,14 @@ mod tests {
 
     #[test]
     fn a_tree_that_degrades_is_compared_again_when_it_would_cost_too_much() {
-        // What was lost in the refits before the comparison, and after how many more a quarter is.
+        // Refits before the comparison, the ratio of costs it found, and the refits until a quarter
+        // would be lost.
         for (refits, ratio, expected) in [(1, 1.06, 4), (3, 1.06, 12), (1, 1.3, 1), (600, 1.06, 256)] {
             let mut upkeep = Upkeep { refits, ..settled() };
             assert!(upkeep.compared(&cost(20.0 * ratio, 3.0), Some(&cost(20.0, 3.0))));
             for refit in 1..=expected {
-                // Another pose, in which the estimate tells nothing.
+                // A different pose of nearly the same cost, so that only the schedule asks for a
+                // comparison.
                 let doubt = upkeep.refitted(&cost(20.5, 3.0)).1;
                 assert_eq!(doubt.is_some(), refit == expected, "{refits}, {ratio}, {refit}");
             }

@@ -1,14 +1,14 @@
-//! How far a tree has drifted from a good one for the same pose.
+//! Drift: the cost of rays through a refitted tree relative to a good tree for the same pose.
 //!
-//! A refitted tree always gives the right answers, but its boxes grow into each other when
-//! neighbours part. How much more work rays have become is measured by the expected cost of the
-//! tree (compare Lauterbach et al. 2006, "RT-DEFORM"), and not guessed from the number of frames.
+//! A refitted tree gives correct hits, but its boxes grow and overlap when neighbouring triangles
+//! move apart. Drift is measured by the expected cost of the tree (compare Lauterbach et al. 2006,
+//! "RT-DEFORM"), not guessed from the number of frames.
 //!
-//! The cost of a fresh tree changes with the pose too, so the ratio of costs misleads where poses
-//! differ much. How densely triangles overlap tells something of that: the ratio is divided by the
-//! fourth root of that of the boxes that a line crosses. In a trial over 11 motions this halved the
-//! false alarms of the plain ratio, and missed nothing that it had found; to divide by the full
-//! ratio overcorrects.
+//! The cost of a fresh tree changes with the pose too, so the plain ratio of costs misleads where
+//! poses differ much. The density of the triangles corrects for some of that: the ratio is divided
+//! by the fourth root of the ratio of triangle boxes crossed by a line. In a trial over 11 motions
+//! this halved the false alarms of the plain ratio and missed none of its true ones; dividing by
+//! the full ratio overcorrects.
 
 use crate::tree::Bvh;
 use crate::wide::RayCost;
@@ -17,10 +17,10 @@ use crate::wide::RayCost;
 const NODE_COST: f32 = 1.0;
 const PRIMITIVE_COST: f32 = 1.0;
 
-/// How much more work a ray is estimated to be now than it would be through a good tree for the
-/// present pose, as a ratio. `good` is what rays cost when the tree was known to be good.
+/// The estimated ratio of the cost of a ray now to its cost through a good tree for the present
+/// pose. `good` is the cost when the tree was known to be good.
 pub(super) fn estimated_drift(now: &RayCost, good: &RayCost) -> f64 {
-    // By square roots, which are rounded alike on all platforms.
+    // Two square roots instead of `powf`, because they round the same on all platforms.
     let denser = (now.crossed / good.crossed).sqrt().sqrt();
     now.work / good.work / denser
 }
@@ -47,8 +47,9 @@ mod tests {
 
     #[test]
     fn a_tree_drifts_when_neighbours_part_and_not_when_all_move_together() {
-        let row =
-            |place: fn(u32) -> f32| move |i: u32| Aabb::from_points([[place(i), 0.0, 0.0], [place(i) + 0.5, 1.0, 1.0]]);
+        let row = |position: fn(u32) -> f32| {
+            move |i: u32| Aabb::from_points([[position(i), 0.0, 0.0], [position(i) + 0.5, 1.0, 1.0]])
+        };
         let built = build_binned(256, row(|i| i as f32), &BuildOptions::default());
         let mut spare = Bvh::default();
         refit(&built, &mut spare, row(|i| i as f32 + 40.0), &Threads::one());

@@ -1,28 +1,29 @@
-//! New boxes for the same tree: the primitives moved, but stayed the same primitives.
+//! Refitting: new boxes for the same tree, whose primitives have moved.
 //!
-//! Leaves from their primitives, then parents from their children, by walking the node array
-//! backwards, because no child stands before its parent (promise 5). The boxes go into another tree
-//! than the one whose links are read, so that whoever still traces the old one is not disturbed.
+//! Leaf boxes are computed from their primitives, then the boxes of parents in one pass from the
+//! last node to the first, because children come after their parents (promise 5). The boxes are
+//! written to another tree than the one whose links are read, so that queries of the old tree go on
+//! undisturbed.
 
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
 
-/// Nodes in a piece of work.
+/// Nodes per parallel task.
 const GRAIN: usize = 4096;
 
-/// Writes the tree `current`, with boxes for where its primitives are now, into `spare`, whatever
-/// that held before. If it held a tree with the same links, nothing is allocated.
+/// Writes the tree `current`, with the present boxes of its primitives, to `spare`, whatever its
+/// contents. If `spare` has the same topology, nothing is allocated.
 ///
-/// Of a tree with duplicates, each leaf gets the whole boxes of its primitives: it stays valid, but
-/// loses what the splits had gained.
+/// In a tree with duplicates, each leaf gets the whole boxes of its primitives: the tree stays
+/// valid, but loses the gain of spatial splits.
 pub fn refit(current: &Bvh, spare: &mut Bvh, bounds_of: impl Fn(u32) -> Aabb + Sync, threads: &Threads) {
     let nodes = spare.nodes_to_rewrite(current);
     nodes.clear();
     nodes.extend_from_slice(current.nodes());
     threads.for_each(nodes, GRAIN, &|_, node| {
-        if let Target::Primitives(places) = node.link.target() {
-            let primitives = &current.primitives()[places.start as usize..places.end as usize];
+        if let Target::Primitives(range) = node.link.target() {
+            let primitives = &current.primitives()[range.start as usize..range.end as usize];
             node.bounds = primitives.iter().fold(Aabb::EMPTY, |all, &primitive| all.union(&bounds_of(primitive)));
         }
     });
@@ -72,8 +73,8 @@ mod tests {
         let mut spare = Bvh::default();
         refit(&built, &mut spare, |i| bent[i as usize], &Threads::one());
         for node in spare.nodes() {
-            if let Target::Primitives(places) = node.link.target() {
-                let primitives = &spare.primitives()[places.start as usize..places.end as usize];
+            if let Target::Primitives(range) = node.link.target() {
+                let primitives = &spare.primitives()[range.start as usize..range.end as usize];
                 let tight = primitives.iter().fold(Aabb::EMPTY, |all, &i| all.union(&bent[i as usize]));
                 assert_eq!(node.bounds, tight);
             }
