@@ -8,23 +8,23 @@ pub(crate) fn luminance(color: Vec3) -> f32 {
 }
 
 /// A number from zero to `most`; what is negative or not a number becomes zero.
-pub(crate) fn bounded(value: f32, most: f32) -> f32 {
-    if value > 0.0 { value.min(most) } else { 0.0 }
+pub(crate) fn clamp_positive(value: f32, max: f32) -> f32 {
+    if value > 0.0 { value.min(max) } else { 0.0 }
 }
 
 /// The most light of any kind that is reckoned with. The surface of the sun has 2e7 W/(m^2 sr);
 /// products of this with areas, squared distances and inverse densities stay finite.
-pub(crate) const MOST_LIGHT: f32 = 1e20;
+pub(crate) const MAX_RADIANCE: f32 = 1e20;
 
 /// A colour that can be reckoned with: what is negative or not a number becomes black, and what is
-/// more than [`MOST_LIGHT`] that.
-pub(crate) fn cleaned(color: [f32; 3]) -> Vec3 {
-    Vec3::from(color.map(|channel| bounded(channel, MOST_LIGHT)))
+/// more than [`MAX_RADIANCE`] that.
+pub(crate) fn sanitized(color: [f32; 3]) -> Vec3 {
+    Vec3::from(color.map(|channel| clamp_positive(channel, MAX_RADIANCE)))
 }
 
-/// A reflectance: cleaned, and at most one.
+/// A reflectance: sanitized, and at most one.
 pub(crate) fn reflectance(color: [f32; 3]) -> Vec3 {
-    cleaned(color).min(Vec3::ONE)
+    sanitized(color).min(Vec3::ONE)
 }
 
 /// From an eight-bit sRGB value to a linear one in 0..=1 (IEC 61966-2-1).
@@ -36,7 +36,7 @@ pub(crate) fn linear_from_srgb(value: u8) -> f32 {
 /// From a linear value to the nearest eight-bit sRGB value; beyond 0..=1 it is cut off, NaN is
 /// black.
 pub(crate) fn srgb_from_linear(linear: f32) -> u8 {
-    let linear = bounded(linear, 1.0);
+    let linear = clamp_positive(linear, 1.0);
     let encoded = if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0 + 0.5) as u8
 }
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn what_is_no_colour_becomes_one() {
-        assert_eq!(cleaned([f32::NAN, -1.0, f32::INFINITY]), Vec3::new(0.0, 0.0, MOST_LIGHT));
+        assert_eq!(sanitized([f32::NAN, -1.0, f32::INFINITY]), Vec3::new(0.0, 0.0, MAX_RADIANCE));
         assert_eq!(reflectance([f32::NAN, 0.5, 7.0]), Vec3::new(0.0, 0.5, 1.0));
         assert_eq!(srgb_from_linear(f32::NAN), 0);
     }

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use glam::{Vec2, Vec3, Vec4};
 use kinetree::InstanceView;
 
-use crate::color::{bounded, cleaned, reflectance};
+use crate::color::{clamp_positive, reflectance, sanitized};
 use crate::sampler::{combine, unit_hash};
 use crate::{Alpha, Material, MaterialSet, Texture, TextureRef};
 
@@ -76,7 +76,7 @@ impl<'a> ShadingAttributes<'a> {
         if !self.material.is_emissive() {
             return Vec3::ZERO;
         }
-        cleaned(self.material.emission) * self.texture(&self.material.emission_texture).truncate()
+        sanitized(self.material.emission) * self.texture(&self.material.emission_texture).truncate()
     }
 
     fn alpha(&self) -> f32 {
@@ -89,7 +89,7 @@ impl<'a> ShadingAttributes<'a> {
         match self.material.alpha {
             Alpha::Opaque => 1.0,
             Alpha::Mask { cutoff } => f32::from(u8::from(self.alpha() >= cutoff)),
-            Alpha::Blend => bounded(self.alpha(), 1.0),
+            Alpha::Blend => clamp_positive(self.alpha(), 1.0),
         }
     }
 }

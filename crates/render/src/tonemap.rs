@@ -5,7 +5,7 @@
 //! bright ones run softly into white.
 
 use crate::Film;
-use crate::color::{bounded, cleaned, luminance, srgb_from_linear};
+use crate::color::{clamp_positive, luminance, sanitized, srgb_from_linear};
 
 /// Eight-bit sRGB, three bytes per pixel, row by row from the top: exposed, through the filmic
 /// curve, encoded.
@@ -28,7 +28,7 @@ fn bytes(film: &Film, tone: impl Fn(f32) -> f32) -> Vec<u8> {
 /// 0 for black and everything below, rising to 1 for the brightest.
 fn filmic(linear: f32) -> f32 {
     // Beyond 1e4 the curve is flat, and squares of larger numbers would overflow.
-    let x = bounded(linear, 1e4);
+    let x = clamp_positive(linear, 1e4);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
 }
 
@@ -48,7 +48,7 @@ pub fn automatic_exposure(film: &Film) -> f32 {
 pub(crate) fn exposure_of(pixels: &[[f32; 3]]) -> f32 {
     let mut logs: Vec<f32> = pixels
         .iter()
-        .map(|&pixel| luminance(cleaned(pixel)))
+        .map(|&pixel| luminance(sanitized(pixel)))
         .filter(|&brightness| brightness > 1e-8 && brightness.is_finite())
         .map(f32::ln)
         .collect();

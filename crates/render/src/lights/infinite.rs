@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::LightSample;
-use crate::color::{cleaned, luminance};
+use crate::color::{luminance, sanitized};
 use crate::warp::{Basis, cone};
 use crate::{Light, Sky};
 
@@ -34,7 +34,7 @@ impl Sun {
     pub(super) fn new(light: &Light) -> Option<Self> {
         let Light::Sun { direction, irradiance, angle } = *light else { return None };
         let toward = -Vec3::from(direction).try_normalize()?;
-        let irradiance = cleaned(irradiance);
+        let irradiance = sanitized(irradiance);
         let disc = (angle >= SMALLEST_DISC).then(|| {
             let half = 0.5 * angle.min(PI);
             // The cosine integrated over the disc is pi sin^2 of half the angle, so this radiance
@@ -94,10 +94,10 @@ impl Disc {
 /// Radiance of the sky from a unit direction.
 pub(super) fn sky_radiance(sky: &Sky, direction: Vec3) -> Vec3 {
     match *sky {
-        Sky::Constant(radiance) => cleaned(radiance),
+        Sky::Constant(radiance) => sanitized(radiance),
         Sky::Gradient { zenith, horizon, ground } => {
             let end = if direction.y >= 0.0 { zenith } else { ground };
-            cleaned(horizon).lerp(cleaned(end), direction.y.abs().min(1.0))
+            sanitized(horizon).lerp(sanitized(end), direction.y.abs().min(1.0))
         }
     }
 }
@@ -105,11 +105,11 @@ pub(super) fn sky_radiance(sky: &Sky, direction: Vec3) -> Vec3 {
 /// Luminance of the mean irradiance: pi times the mean radiance over all directions, linear RGB.
 pub(super) fn sky_power(sky: &Sky) -> f32 {
     let mean = match *sky {
-        Sky::Constant(radiance) => cleaned(radiance),
+        Sky::Constant(radiance) => sanitized(radiance),
         // Height is uniformly distributed over the sphere, so the mean over a hemisphere is the
         // mean of its ends.
         Sky::Gradient { zenith, horizon, ground } => {
-            cleaned(zenith) * 0.25 + cleaned(horizon) * 0.5 + cleaned(ground) * 0.25
+            sanitized(zenith) * 0.25 + sanitized(horizon) * 0.5 + sanitized(ground) * 0.25
         }
     };
     let power = PI * luminance(mean);

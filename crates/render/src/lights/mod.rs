@@ -28,7 +28,7 @@ use emitters::Emitter;
 use infinite::Sun;
 use punctual::Punctual;
 
-/// Light that would shade_vertex at a place if nothing stood in its way.
+/// A sample of the light that arrives at a point, before visibility.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LightSample {
     /// Unit vector to the light.

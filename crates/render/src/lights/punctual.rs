@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::{LightSample, MAX_WEIGHED};
 use crate::Light;
-use crate::color::{cleaned, luminance};
+use crate::color::{luminance, sanitized};
 
 /// A point or spot light.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +48,7 @@ impl Punctual {
             }
             Light::Sun { .. } => return None,
         };
-        let light = Self { position: position.into(), intensity: cleaned(intensity), range, cone };
+        let light = Self { position: position.into(), intensity: sanitized(intensity), range, cone };
         let usable = light.position.is_finite() && range > 0.0 && light.power() > 0.0 && light.power().is_finite();
         usable.then_some(light)
     }
