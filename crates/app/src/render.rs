@@ -4,7 +4,7 @@ use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use kinetree_render::{Camera, Frame, Rendered, Settings, develop, encode, metered_exposure, render};
+use kinetree_render::{Camera, Frame, Rendered, Settings, encode_srgb, metered_exposure, render, tone_map};
 
 use crate::args::{Common, RenderArgs};
 use crate::camera::Viewer;
@@ -155,7 +155,7 @@ impl Work<'_> {
 /// Brings a film to a file.
 fn write_picture(rendered: &Rendered, exposure: Option<f32>, file: &Path, to: Destination) -> Result<(), Failure> {
     let film = &rendered.film;
-    let srgb = exposure.map_or_else(|| encode(film), |exposure| develop(film, exposure));
+    let srgb = exposure.map_or_else(|| encode_srgb(film), |exposure| tone_map(film, exposure));
     let bytes = png(&srgb, [film.width(), film.height()]);
     let bytes = bytes.map_err(|error| Failure::work(format!("{}: cannot be encoded: {error}", file.display())))?;
     to.write(&bytes)

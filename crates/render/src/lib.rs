@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use kinetree::{Affine, Mesh, Motion, Scene};
-//! use kinetree_render::{Camera, Frame, Light, MaterialSet, Settings, develop, render};
+//! use kinetree_render::{Camera, Frame, Light, MaterialSet, Settings, render, tone_map};
 //!
 //! let mut scene = Scene::new();
 //! let triangle = Mesh::new(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0]], &[[0, 1, 2]])?;
@@ -16,7 +16,7 @@
 //! let camera = Camera::look_at([0.0, 0.5, 3.0], [0.0, 0.5, 0.0], 0.9);
 //! let settings = Settings { width: 32, height: 24, spp: 4, ..Settings::default() };
 //! let picture = render(&frame, &camera, &settings, &|_| std::ops::ControlFlow::Continue(()))?;
-//! let srgb: Vec<u8> = develop(&picture.film, 1.0);
+//! let srgb: Vec<u8> = tone_map(&picture.film, 1.0);
 //! assert!(srgb[3 * (12 * 32 + 16)] > 100); // the middle is lit
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -72,6 +72,6 @@ pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings
 pub use sampler::Sampler;
 pub use scene_context::SceneContext;
 pub use texture::{Filter, Texture, Wrap};
-pub use tonemap::{automatic_exposure, develop, encode};
+pub use tonemap::{automatic_exposure, encode_srgb, tone_map};
 pub use tracer::Tracer;
 pub use world::{Animation, CameraSource, Frame, LightSource, NoAnimation, World};

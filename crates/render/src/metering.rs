@@ -35,7 +35,7 @@ const MOST_UNDER: f32 = 0.5;
 /// The part of the light of an open place from which daylight is what a scene is lit by.
 const OUTDOORS: f32 = 0.15;
 
-/// The exposure for the film of a frame as a camera sees it: see [`develop`](crate::develop). From
+/// The exposure for the film of a frame as a camera sees it: see [`tone_map`](crate::tone_map). From
 /// what the surfaces in the picture send out, without the background, and in daylight near that of
 /// the light that arrives at them.
 ///

@@ -11,17 +11,17 @@ use crate::color::{clamp_positive, luminance, sanitized, srgb_from_linear};
 /// curve, encoded.
 ///
 /// `exposure` multiplies the film; see [`automatic_exposure`].
-pub fn develop(film: &Film, exposure: f32) -> Vec<u8> {
-    bytes(film, |channel| filmic(channel * exposure))
+pub fn tone_map(film: &Film, exposure: f32) -> Vec<u8> {
+    srgb_bytes(film, |channel| filmic(channel * exposure))
 }
 
 /// Eight-bit sRGB of a picture whose colours are meant to be seen as they are, such as a heat map:
 /// encoded only.
-pub fn encode(film: &Film) -> Vec<u8> {
-    bytes(film, |channel| channel)
+pub fn encode_srgb(film: &Film) -> Vec<u8> {
+    srgb_bytes(film, |channel| channel)
 }
 
-fn bytes(film: &Film, tone: impl Fn(f32) -> f32) -> Vec<u8> {
+fn srgb_bytes(film: &Film, tone: impl Fn(f32) -> f32) -> Vec<u8> {
     film.pixels().iter().flat_map(|pixel| pixel.map(|channel| srgb_from_linear(tone(channel)))).collect()
 }
 
@@ -83,9 +83,9 @@ mod tests {
     #[test]
     fn awkward_light_becomes_a_byte() {
         let film = film_of(&[f32::NAN, f32::INFINITY, -1.0, 0.0, f32::MAX]);
-        let bytes = develop(&film, 1.0);
+        let bytes = tone_map(&film, 1.0);
         assert_eq!(bytes.chunks(3).map(|pixel| pixel[0]).collect::<Vec<_>>(), [0, 255, 0, 0, 255]);
-        assert_eq!(encode(&film_of(&[1.0])), [255; 3]);
+        assert_eq!(encode_srgb(&film_of(&[1.0])), [255; 3]);
     }
 
     #[test]

@@ -8,8 +8,8 @@ use std::sync::Mutex;
 use common::{Model, Shape, settings};
 use kinetree::Affine;
 use kinetree_render::{
-    Camera, Frame, IntegratorKind, Material, Progress, RenderError, Settings, automatic_exposure, develop, encode,
-    render,
+    Camera, Frame, IntegratorKind, Material, Progress, RenderError, Settings, automatic_exposure, encode_srgb, render,
+    tone_map,
 };
 
 fn frame() -> Frame {
@@ -70,10 +70,10 @@ fn a_world_without_anything_is_its_sky() {
 fn film_becomes_bytes() {
     let picture = common::picture(&frame(), &camera(), &settings(IntegratorKind::Path, 8, 2));
     assert!(!picture.is_display_ready);
-    assert_eq!(develop(&picture.film, automatic_exposure(&picture.film)).len(), 8 * 8 * 3);
+    assert_eq!(tone_map(&picture.film, automatic_exposure(&picture.film)).len(), 8 * 8 * 3);
     let picture = common::picture(&frame(), &camera(), &settings(IntegratorKind::Ids, 8, 2));
     assert!(picture.is_display_ready);
-    assert_eq!(encode(&picture.film).len(), 8 * 8 * 3);
+    assert_eq!(encode_srgb(&picture.film).len(), 8 * 8 * 3);
 }
 
 #[test]
