@@ -26,7 +26,7 @@ impl Camera {
 
 /// A camera made ready to look through a picture of some shape.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Lens {
+pub(crate) struct CameraProjection {
     eye: Vec3,
     forward: Vec3,
     /// From the middle of the picture to its right edge, at distance one.
@@ -35,7 +35,7 @@ pub(crate) struct Lens {
     up: Vec3,
 }
 
-impl Lens {
+impl CameraProjection {
     /// `aspect` is width over height. Axes that are no axes are replaced by some that are, and the
     /// field of view is kept between a thousandth and just under half a turn.
     pub(crate) fn new(camera: &Camera, aspect: f32) -> Self {
@@ -55,7 +55,7 @@ impl Lens {
     }
 
     /// Whether a point lies in the picture, whatever stands in front of it.
-    pub(crate) fn frames(&self, point: Vec3) -> bool {
+    pub(crate) fn contains(&self, point: Vec3) -> bool {
         let offset = point - self.eye;
         let depth = offset.dot(self.forward);
         let within = |edge: Vec3| offset.dot(edge).abs() <= depth * edge.length_squared();
@@ -77,9 +77,9 @@ mod tests {
     #[test]
     fn the_picture_is_upright_and_as_wide_as_its_aspect() {
         let camera = Camera { world_from_camera: Affine::IDENTITY, fov_y: std::f32::consts::FRAC_PI_2 };
-        let lens = Lens::new(&camera, 2.0);
+        let projection = CameraProjection::new(&camera, 2.0);
         let at = |x, y| {
-            let direction = Vec3::from(lens.ray([x, y]).direction);
+            let direction = Vec3::from(projection.ray([x, y]).direction);
             direction / -direction.z
         };
         assert!((at(0.5, 0.5) - Vec3::NEG_Z).length() < 1e-6);
@@ -89,12 +89,12 @@ mod tests {
 
     #[test]
     fn what_lies_on_a_ray_of_the_picture_is_framed() {
-        let lens = Lens::new(&Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7), 1.5);
+        let projection = CameraProjection::new(&Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7), 1.5);
         for (place, framed) in [([0.01, 0.99], true), ([0.99, 0.01], true), ([-0.01, 0.5], false), ([0.5, 1.01], false)]
         {
-            let ray = lens.ray(place);
-            assert_eq!(lens.frames(ray.at(7.0).into()), framed, "{place:?}");
-            assert!(!lens.frames((2.0 * Vec3::from(ray.origin)) - Vec3::from(ray.at(7.0))), "behind {place:?}");
+            let ray = projection.ray(place);
+            assert_eq!(projection.contains(ray.at(7.0).into()), framed, "{place:?}");
+            assert!(!projection.contains((2.0 * Vec3::from(ray.origin)) - Vec3::from(ray.at(7.0))), "behind {place:?}");
         }
     }
 
@@ -103,7 +103,7 @@ mod tests {
         for value in [0.0, f32::NAN, f32::INFINITY, -1.0] {
             let axis = [value; 3];
             let camera = Camera { world_from_camera: Affine::from_columns(axis, axis, axis, axis), fov_y: value };
-            let ray = Lens::new(&camera, 1.0).ray([0.25, 0.75]);
+            let ray = CameraProjection::new(&camera, 1.0).ray([0.25, 0.75]);
             assert!(Vec3::from(ray.direction).is_normalized() && Vec3::from(ray.origin).is_finite());
         }
     }

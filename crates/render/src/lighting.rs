@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use kinetree::EditError;
 
-use crate::camera::Lens;
+use crate::camera::CameraProjection;
 use crate::color::luminance;
 use crate::lights::LightTable;
 use crate::{Camera, CameraSource, Frame, Light, LightSource, Settings, Sky, World, default_camera, render};
@@ -94,9 +94,9 @@ fn is_empty(frame: &Frame) -> bool {
 /// A lamp for a place, bright enough for what the camera sees in its middle: there it lights as the
 /// sun does.
 fn lamp_at(frame: &Frame, camera: &Camera) -> impl Fn([f32; 3]) -> Light + use<> {
-    let lens = Lens::new(camera, 1.0);
+    let projection = CameraProjection::new(camera, 1.0);
     let mut distances: Vec<f32> = (0..64)
-        .map(|i| lens.ray([(i % 8) as f32 / 8.0 + 0.0625, (i / 8) as f32 / 8.0 + 0.0625]))
+        .map(|i| projection.ray([(i % 8) as f32 / 8.0 + 0.0625, (i / 8) as f32 / 8.0 + 0.0625]))
         .filter_map(|ray| frame.view.closest_hit(&ray))
         .map(|hit| hit.t)
         .collect();

@@ -14,7 +14,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use kinetree::Ray;
 
-use crate::camera::Lens;
+use crate::camera::CameraProjection;
 use crate::color::luminance;
 use crate::interaction::SurfaceInteraction;
 use crate::lights::LightTable;
@@ -41,7 +41,7 @@ const OUTDOORS: f32 = 0.15;
 ///
 /// Traces some ten thousand rays. The same input gives the same exposure.
 pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
-    let lens = Lens::new(camera, film.width() as f32 / film.height().max(1) as f32);
+    let projection = CameraProjection::new(camera, film.width() as f32 / film.height().max(1) as f32);
     let reach = BACKGROUND * framing::region_radius(frame).unwrap_or(f32::INFINITY);
     let lights = LightTable::new(frame);
     let [columns, rows] = [film.width().min(MOST[0]), film.height().min(MOST[1])];
@@ -50,7 +50,7 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
         let [column, row] = [index % columns, index / columns];
         let pixel = [(2 * column + 1) * film.width() / (2 * columns), (2 * row + 1) * film.height() / (2 * rows)];
         let at = [0, 1].map(|axis| (pixel[axis] as f32 + 0.5) / [film.width(), film.height()][axis] as f32);
-        let ray = lens.ray(at);
+        let ray = projection.ray(at);
         let Some(hit) = frame.view.closest_hit(&ray).filter(|hit| hit.t <= reach) else { continue };
         let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
         seen.push(film.pixel(pixel));

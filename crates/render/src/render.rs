@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use kinetree::Ray;
 use rayon::prelude::*;
 
-use crate::camera::Lens;
+use crate::camera::CameraProjection;
 use crate::{Camera, Film, Frame, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
 
 /// What picture to make.
@@ -158,8 +158,8 @@ pub fn render_with(
     let context = SceneContext::new(frame);
     let prepare_time = start.elapsed();
 
-    let lens = Lens::new(camera, settings.width as f32 / settings.height as f32);
-    let picture = Picture { integrator, context: &context, lens, settings };
+    let projection = CameraProjection::new(camera, settings.width as f32 / settings.height as f32);
+    let picture = Picture { integrator, context: &context, projection, settings };
     let tiles = in_pool(settings.threads, || picture.trace(progress))??;
 
     let mut film = Film::new(settings.width, settings.height);
@@ -203,7 +203,7 @@ fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> 
 struct Picture<'a> {
     integrator: &'a dyn Integrator,
     context: &'a SceneContext<'a>,
-    lens: Lens,
+    projection: CameraProjection,
     settings: &'a Settings,
 }
 
@@ -264,7 +264,7 @@ impl Picture<'_> {
         let at =
             [(x as f32 + jitter_x) / self.settings.width as f32, (y as f32 + jitter_y) / self.settings.height as f32];
         wave.pixels.push(pixel);
-        wave.rays.push(self.lens.ray(at));
+        wave.rays.push(self.projection.ray(at));
         wave.samplers.push(sampler);
     }
 }

@@ -114,7 +114,7 @@ pub(super) fn shadow(half: Vec3, along: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Lens;
+    use crate::camera::CameraProjection;
 
     #[test]
     fn objects_that_are_shown_whole_touch_the_margin_and_do_not_cross_it() {
@@ -133,8 +133,8 @@ mod tests {
                     let camera = fitted(&points, direction(turn, 0.35), aspect).expect("there are points");
                     let within = |part: f32| {
                         let fov_y = 2.0 * (part * (0.5 * camera.fov_y).tan()).atan();
-                        let lens = Lens::new(&Camera { fov_y, ..camera }, aspect);
-                        points.iter().filter(|&&point| lens.frames(point)).count()
+                        let projection = CameraProjection::new(&Camera { fov_y, ..camera }, aspect);
+                        points.iter().filter(|&&point| projection.contains(point)).count()
                     };
                     assert!(within(FILLED + 0.02) == 8 && within(FILLED - 0.02) < 8, "{size:?} {turn} {aspect}");
                 }

@@ -78,14 +78,14 @@ impl Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Lens;
+    use crate::camera::CameraProjection;
 
     #[test]
     fn places_are_projected_to_where_their_ray_starts() {
         let camera = Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7);
-        let (picture, lens) = (Picture::new(&camera, 1.5), Lens::new(&camera, 1.5));
+        let (picture, projection) = (Picture::new(&camera, 1.5), CameraProjection::new(&camera, 1.5));
         for [x, y] in [[0.5, 0.5], [0.1, 0.9], [1.2, 0.3]] {
-            let ray = lens.ray([x, y]);
+            let ray = projection.ray([x, y]);
             let (at, expected) = (picture.project(ray.at(5.0).into()), Vec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y));
             assert!(at.is_some_and(|at| at.distance(expected) < 1e-4), "{at:?} {expected}");
             assert!(picture.ray(expected).angle_between(ray.direction.into()) < 1e-3);

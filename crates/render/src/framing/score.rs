@@ -2,7 +2,7 @@
 
 use super::region::Region;
 use super::sight::{Sight, is_open};
-use crate::camera::Lens;
+use crate::camera::CameraProjection;
 use crate::{Camera, Frame};
 
 /// The part of the picture that should show the region; more is no better.
@@ -21,8 +21,9 @@ pub(super) struct Score {
 
 /// The score of a camera.
 pub(super) fn score(frame: &Frame, region: &Region, camera: &Camera, aspect: f32) -> Score {
-    let lens = Lens::new(camera, aspect);
-    let shown = region.places().iter().filter(|&&place| lens.frames(place) && is_open(frame, camera, place)).count();
+    let projection = CameraProjection::new(camera, aspect);
+    let shown =
+        region.places().iter().filter(|&&place| projection.contains(place) && is_open(frame, camera, place)).count();
     let shown = shown as f32 / region.places().len().max(1) as f32;
     let sight = Sight::through(frame, camera, aspect, region.radius());
     let seen = (sight.part_within(|position| region.contains(position)) / ENOUGH).min(1.0);

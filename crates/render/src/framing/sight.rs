@@ -3,7 +3,7 @@
 use glam::Vec3;
 use kinetree::Ray;
 
-use crate::camera::Lens;
+use crate::camera::CameraProjection;
 use crate::interaction::SurfaceInteraction;
 use crate::sampler::combine;
 use crate::{Camera, Frame};
@@ -43,12 +43,12 @@ pub(super) fn is_open(frame: &Frame, camera: &Camera, place: Vec3) -> bool {
 impl Sight {
     /// `scale` is how large what is looked at is, or how far away, metres.
     pub(super) fn through(frame: &Frame, camera: &Camera, aspect: f32, scale: f32) -> Self {
-        let lens = Lens::new(camera, aspect);
+        let projection = CameraProjection::new(camera, aspect);
         let mut sight = Self::default();
         for row in 0..GRID[1] {
             for column in 0..GRID[0] {
                 let at = [(column as f32 + 0.5) / GRID[0] as f32, (row as f32 + 0.5) / GRID[1] as f32];
-                let ray = lens.ray(at);
+                let ray = projection.ray(at);
                 if let Some(hit) = frame.view.closest_hit(&ray) {
                     let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
                     let in_middle = (at[0] - 0.5).abs() < 0.25 && (at[1] - 0.5).abs() < 0.25;
