@@ -6,7 +6,7 @@ use kinetree::{Affine, Ray};
 /// A pinhole camera. Without rotation it looks along -z, with +y up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Where it stands and looks. Its axes are used as directions only: scale does not matter.
+    /// Position and orientation. The axes are used as directions only: scale has no effect.
     pub world_from_camera: Affine,
     /// Vertical field of view, radians.
     pub fov_y: f32,
@@ -18,26 +18,26 @@ impl Camera {
         Self { world_from_camera: Affine::look_at(eye, target, [0.0, 1.0, 0.0]), fov_y }
     }
 
-    /// Where it stands, metres, world space.
+    /// Position, metres, world space.
     pub fn position(&self) -> [f32; 3] {
         self.world_from_camera.translation
     }
 }
 
-/// A camera made ready to look through a picture of some shape.
+/// The perspective projection of a camera for images of one aspect ratio.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CameraProjection {
     eye: Vec3,
     forward: Vec3,
-    /// From the middle of the picture to its right edge, at distance one.
+    /// From the centre of the image plane at distance 1 to its right edge.
     right: Vec3,
-    /// From the middle of the picture to its upper edge, at distance one.
+    /// From the centre of the image plane at distance 1 to its upper edge.
     up: Vec3,
 }
 
 impl CameraProjection {
-    /// `aspect` is width over height. Axes that are no axes are replaced by some that are, and the
-    /// field of view is kept between a thousandth and just under half a turn.
+    /// `aspect` is width over height. Degenerate axes are replaced by valid ones, and the field of
+    /// view is clamped to between 0.001 and 3.1 radians.
     pub(crate) fn new(camera: &Camera, aspect: f32) -> Self {
         let placement = &camera.world_from_camera;
         let finite =
@@ -54,7 +54,7 @@ impl CameraProjection {
         }
     }
 
-    /// Whether a point lies in the picture, whatever stands in front of it.
+    /// Whether a point projects into the image, occluded or not.
     pub(crate) fn contains(&self, point: Vec3) -> bool {
         let offset = point - self.eye;
         let depth = offset.dot(self.forward);
@@ -62,8 +62,8 @@ impl CameraProjection {
         depth > 0.0 && within(self.right) && within(self.up)
     }
 
-    /// The ray through a place of the picture: (0, 0) is the upper left corner, (1, 1) the lower
-    /// right. Of length one.
+    /// The ray through a point of the image, with unit direction: (0, 0) is the upper left corner,
+    /// (1, 1) the lower right.
     pub(crate) fn ray(&self, [x, y]: [f32; 2]) -> Ray {
         let direction = self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y);
         Ray::new(self.eye.into(), direction.normalize().into())
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_picture_is_upright_and_as_wide_as_its_aspect() {
+    fn the_image_is_upright_and_as_wide_as_its_aspect() {
         let camera = Camera { world_from_camera: Affine::IDENTITY, fov_y: std::f32::consts::FRAC_PI_2 };
         let projection = CameraProjection::new(&camera, 2.0);
         let at = |x, y| {
@@ -88,18 +88,19 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_on_a_ray_of_the_picture_is_framed() {
+    fn points_on_rays_of_the_image_are_in_it() {
         let projection = CameraProjection::new(&Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7), 1.5);
-        for (place, framed) in [([0.01, 0.99], true), ([0.99, 0.01], true), ([-0.01, 0.5], false), ([0.5, 1.01], false)]
+        for (point, is_inside) in
+            [([0.01, 0.99], true), ([0.99, 0.01], true), ([-0.01, 0.5], false), ([0.5, 1.01], false)]
         {
-            let ray = projection.ray(place);
-            assert_eq!(projection.contains(ray.at(7.0).into()), framed, "{place:?}");
-            assert!(!projection.contains((2.0 * Vec3::from(ray.origin)) - Vec3::from(ray.at(7.0))), "behind {place:?}");
+            let ray = projection.ray(point);
+            assert_eq!(projection.contains(ray.at(7.0).into()), is_inside, "{point:?}");
+            assert!(!projection.contains((2.0 * Vec3::from(ray.origin)) - Vec3::from(ray.at(7.0))), "behind {point:?}");
         }
     }
 
     #[test]
-    fn awkward_cameras_look_somewhere() {
+    fn degenerate_cameras_have_finite_rays() {
         for value in [0.0, f32::NAN, f32::INFINITY, -1.0] {
             let axis = [value; 3];
             let camera = Camera { world_from_camera: Affine::from_columns(axis, axis, axis, axis), fov_y: value };

@@ -1,4 +1,4 @@
-//! Linear RGB as three floats: the few things that all files need.
+//! Linear RGB as three floats: luminance, clamping, sRGB.
 
 use glam::Vec3;
 
@@ -7,41 +7,39 @@ pub(crate) fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// A number from zero to `most`; what is negative or not a number becomes zero.
+/// A number clamped to `0..=max`; NaN becomes zero.
 pub(crate) fn clamp_positive(value: f32, max: f32) -> f32 {
     if value > 0.0 { value.min(max) } else { 0.0 }
 }
 
-/// The most light of any kind that is reckoned with. The surface of the sun has 2e7 W/(m^2 sr);
-/// products of this with areas, squared distances and inverse densities stay finite.
+/// Upper bound of radiance, irradiance and intensity. The surface of the sun has 2e7 W/(m^2 sr);
+/// products of this bound with areas, squared distances and inverse pdfs stay finite.
 pub(crate) const MAX_RADIANCE: f32 = 1e20;
 
-/// A colour that can be reckoned with: what is negative or not a number becomes black, and what is
-/// more than [`MAX_RADIANCE`] that.
+/// Channels clamped to `0..=MAX_RADIANCE`; NaN becomes zero.
 pub(crate) fn sanitized(color: [f32; 3]) -> Vec3 {
     Vec3::from(color.map(|channel| clamp_positive(channel, MAX_RADIANCE)))
 }
 
-/// A reflectance: sanitized, and at most one.
+/// Channels clamped to `0..=1`; NaN becomes zero.
 pub(crate) fn reflectance(color: [f32; 3]) -> Vec3 {
     sanitized(color).min(Vec3::ONE)
 }
 
-/// From an eight-bit sRGB value to a linear one in 0..=1 (IEC 61966-2-1).
+/// The linear value, in 0..=1, of an eight-bit sRGB value (IEC 61966-2-1).
 pub(crate) fn linear_from_srgb(value: u8) -> f32 {
     let encoded = f32::from(value) / 255.0;
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// From a linear value to the nearest eight-bit sRGB value; beyond 0..=1 it is cut off, NaN is
-/// black.
+/// The nearest eight-bit sRGB value of a linear one, which is clamped to 0..=1; NaN is black.
 pub(crate) fn srgb_from_linear(linear: f32) -> u8 {
     let linear = clamp_positive(linear, 1.0);
     let encoded = if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0 + 0.5) as u8
 }
 
-/// A colour of the wheel: hue in turns, saturation and value in 0..=1.
+/// HSV to RGB: hue in turns, saturation and value in 0..=1.
 pub(crate) fn from_hue(hue: f32, saturation: f32, value: f32) -> Vec3 {
     let wheel = Vec3::new(hue, hue + 1.0 / 3.0, hue + 2.0 / 3.0);
     let channel = ((wheel - wheel.floor()) * 6.0 - Vec3::splat(3.0)).abs() - Vec3::ONE;
@@ -61,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_colour_becomes_one() {
+    fn invalid_channels_are_clamped() {
         assert_eq!(sanitized([f32::NAN, -1.0, f32::INFINITY]), Vec3::new(0.0, 0.0, MAX_RADIANCE));
         assert_eq!(reflectance([f32::NAN, 0.5, 7.0]), Vec3::new(0.0, 0.5, 1.0));
         assert_eq!(srgb_from_linear(f32::NAN), 0);

@@ -1,4 +1,4 @@
-//! The picture in linear light.
+//! The film: a picture in linear RGB.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ pub struct Film {
     pixels: Vec<[f32; 3]>,
 }
 
-/// In short: how large it is, without its pixels.
+/// Prints the size, not the pixels.
 impl fmt::Debug for Film {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (width, height) = (self.width, self.height);
@@ -60,7 +60,7 @@ impl Film {
         sum.map(|channel| (channel / count) as f32)
     }
 
-    /// Writes a run of pixels into one row, from `x` to the right.
+    /// Writes consecutive pixels of one row, from `x` to the right.
     pub(crate) fn set_row(&mut self, [x, y]: [u32; 2], run: &[[f32; 3]]) {
         let start = y as usize * self.width as usize + x as usize;
         self.pixels[start..start + run.len()].copy_from_slice(run);

@@ -1,4 +1,4 @@
-//! Light for worlds that bring none.
+//! Default lighting for worlds without lights.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -11,28 +11,27 @@ use crate::color::luminance;
 use crate::lights::LightTable;
 use crate::{Camera, CameraSource, Frame, Light, LightSource, Settings, Sky, World, default_camera, render};
 
-/// Columns, rows and samples per pixel of the picture by which darkness is judged.
-const TRIAL: [u32; 3] = [32, 18, 32];
-/// A pixel is black when it has less than this part of the light of the brighter ones.
+/// Columns, rows and samples per pixel of the picture that shows whether a scene is dark.
+const TEST_PICTURE: [u32; 3] = [32, 18, 32];
+/// A pixel is black when its luminance is below this part of that of the bright ones.
 const BLACK: f32 = 2e-4;
-/// Radiance of the middle pixel below which a scene is dark whatever the brighter ones have, W/(m^2
-/// sr). Surfaces that are meant to glow emit about one; what they light to less than a thousandth
-/// was not meant to be lit by them.
+/// Luminance of the median pixel below which a scene is dark whatever the bright ones have, W/(m^2
+/// sr). Emissive materials usually have a radiance of about one; what they light to less than a
+/// thousandth is not lit by them on purpose.
 const DIM: f32 = 1e-3;
 
-/// A clear afternoon: a sky from pale to blue, and a sun that stands behind the left shoulder of
-/// who looks along -z.
+/// A clear afternoon: a sky from pale to blue, and a sun above and behind, to the left, of a camera
+/// that looks along -z.
 pub fn daylight() -> (Sky, Light) {
     let sky = Sky::Gradient { zenith: [0.22, 0.42, 0.85], horizon: [0.75, 0.83, 0.95], ground: [0.22, 0.2, 0.18] };
     let direction = Vec3::new(0.5, -0.75, -0.45).normalize().into();
     (sky, Light::Sun { direction, irradiance: [3.6, 3.2, 2.7], angle: 0.0093 })
 }
 
-/// Whether a frame is dark as a camera sees it. It is not when there is a sun or a sky. Where there
-/// are lamps or glowing surfaces only, a small picture decides: it is dark when more than half of
-/// what it shows is black, by itself or beside the rest.
-///
-/// Traces a picture of a few hundred pixels if there are such lights.
+/// Whether a frame is dark as a camera sees it. A frame with a sun or a sky is not; one without any
+/// light is. With lamps or emissive surfaces only, a picture of a few hundred pixels is traced: the
+/// frame is dark when more than half of the pixels are black, absolutely or relative to the bright
+/// ones.
 pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
     let lights = LightTable::new(frame);
     if lights.is_empty() || lights.has_infinite() {
@@ -41,21 +40,21 @@ pub fn is_dark(frame: &Frame, camera: &Camera) -> bool {
     looks_dark(frame, camera)
 }
 
-/// Whether more than half of what a camera sees is black, whatever the lights are.
+/// Whether more than half of the pixels of a small picture are black, whatever the lights are.
 fn looks_dark(frame: &Frame, camera: &Camera) -> bool {
-    let [width, height, spp] = TRIAL;
+    let [width, height, spp] = TEST_PICTURE;
     let settings = Settings { width, height, spp, max_depth: 8, ..Settings::default() };
-    let Ok(trial) = render(frame, camera, &settings, &|_| ControlFlow::Continue(())) else { return false };
-    let mut light: Vec<f32> = trial.film.pixels().iter().map(|&pixel| luminance(Vec3::from(pixel))).collect();
+    let Ok(picture) = render(frame, camera, &settings, &|_| ControlFlow::Continue(())) else { return false };
+    let mut light: Vec<f32> = picture.film.pixels().iter().map(|&pixel| luminance(Vec3::from(pixel))).collect();
     light.sort_unstable_by(f32::total_cmp);
     let (middle, bright) = (light[light.len() / 2], light[light.len() * 19 / 20]);
     middle <= DIM.max(BLACK * bright)
 }
 
-/// Gives a world [`daylight`] if at time 0 it [is dark](is_dark) for its first camera, or else for
-/// the [default one](default_camera), and says whether it did. Where it stays dark, since daylight
-/// does not get in, the world gets a lamp at the camera instead. Call it after loading, before
-/// frames are made: those keep the look they were made with.
+/// Adds [`daylight`] to a world that at time 0 [is dark](is_dark) for its first camera, or without
+/// cameras for the [default one](default_camera), and returns whether it did. If the picture stays
+/// dark, because the camera is in a closed room, the world gets a lamp at the camera instead. Call
+/// it after loading, before frames are made: earlier frames keep their lighting.
 ///
 /// # Errors
 /// An edit of the animation that the scene refused.
@@ -91,8 +90,8 @@ fn is_empty(frame: &Frame) -> bool {
     frame.view.instances().len() == 0
 }
 
-/// A lamp for a place, bright enough for what the camera sees in its middle: there it lights as the
-/// sun does.
+/// Makes point lights, given a position, whose irradiance at the median distance of what the camera
+/// sees is about that of the sun of [`daylight`].
 fn lamp_at(frame: &Frame, camera: &Camera) -> impl Fn([f32; 3]) -> Light + use<> {
     let projection = CameraProjection::new(camera, 1.0);
     let mut distances: Vec<f32> = (0..64)

@@ -1,13 +1,13 @@
-//! How bright a picture of a frame should be: a light meter that knows what it looks at.
+//! Automatic exposure that takes the scene into account, from two readings of a light meter.
 //!
-//! Two readings, as photographers take them. The *reflected* one is the middle of what the surfaces
-//! in the picture send to the camera; what lies behind everything does not count, so that a sky
-//! does not make an object dark. The *incident* one is the light of suns and sky that arrives at
-//! these surfaces: it knows white from black, and where daylight reaches the scene the exposure
-//! stays near it, so that a white thing is not made grey nor a dark wood bright.
+//! The *reflected* reading is the log-average luminance of the surfaces in the picture; the
+//! background is left out, so that a bright sky does not make an object dark. The *incident*
+//! reading is the irradiance of suns and sky at these surfaces, which does not depend on their
+//! reflectance. Where daylight reaches the scene the exposure stays near the incident reading, so
+//! that white objects are not exposed as grey, nor dark ones as bright.
 //!
-//! Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images" (the middle of the
-//! reflected light).
+//! Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images" (log-average
+//! luminance).
 
 use std::f32::consts::PI;
 
@@ -23,29 +23,29 @@ use crate::tonemap::{automatic_exposure, exposure_of};
 use crate::warp::{Basis, cosine_hemisphere};
 use crate::{Camera, Film, Frame, framing};
 
-/// Most rays across and down.
-const MOST: [u32; 2] = [96, 54];
-/// What is farther away than so many radii of the region of interest is background.
+/// Largest numbers of rays across and down.
+const MAX_RAYS: [u32; 2] = [96, 54];
+/// Surfaces farther away than this multiple of the radius of the region of interest are background.
 const BACKGROUND: f32 = 12.0;
-/// Below this part of the picture there is too little to be measured.
-const LEAST_PART: f32 = 0.01;
-/// How far the exposure may go from that of the incident light: half a stop up, one stop down.
-const MOST_OVER: f32 = 1.5;
-const MOST_UNDER: f32 = 0.5;
-/// The part of the light of an open place from which daylight is what a scene is lit by.
+/// Below this part of the picture there are too few surfaces to be metered.
+const MIN_COVERAGE: f32 = 0.01;
+/// The range of the exposure over that of the incident reading: half a stop up, one stop down.
+const MAX_OVEREXPOSURE: f32 = 1.5;
+const MIN_UNDEREXPOSURE: f32 = 0.5;
+/// The part of the unoccluded daylight above which a scene counts as lit by daylight.
 const OUTDOORS: f32 = 0.15;
 
-/// The exposure for the film of a frame as a camera sees it: see [`tone_map`](crate::tone_map). From
-/// what the surfaces in the picture send out, without the background, and in daylight near that of
-/// the light that arrives at them.
+/// The exposure, for [`tone_map`](crate::tone_map), of a film that shows a frame through a camera:
+/// from the light that the surfaces in the picture reflect, and in daylight near that of the light
+/// that arrives at them.
 ///
 /// Traces some ten thousand rays. The same input gives the same exposure.
 pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
     let projection = CameraProjection::new(camera, film.width() as f32 / film.height().max(1) as f32);
     let reach = BACKGROUND * framing::region_radius(frame).unwrap_or(f32::INFINITY);
     let lights = LightTable::new(frame);
-    let [columns, rows] = [film.width().min(MOST[0]), film.height().min(MOST[1])];
-    let (mut seen, mut arriving) = (Vec::new(), 0.0);
+    let [columns, rows] = [film.width().min(MAX_RAYS[0]), film.height().min(MAX_RAYS[1])];
+    let (mut metered, mut irradiance) = (Vec::new(), 0.0);
     for index in 0..columns * rows {
         let [column, row] = [index % columns, index / columns];
         let pixel = [(2 * column + 1) * film.width() / (2 * columns), (2 * row + 1) * film.height() / (2 * rows)];
@@ -53,28 +53,28 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
         let ray = projection.ray(at);
         let Some(hit) = frame.view.closest_hit(&ray).filter(|hit| hit.t <= reach) else { continue };
         let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
-        seen.push(film.pixel(pixel));
-        arriving += daylight_at(frame, &lights, &point, index);
+        metered.push(film.pixel(pixel));
+        irradiance += daylight_at(frame, &lights, &point, index);
     }
-    if (seen.len() as f32) < LEAST_PART * (columns * rows) as f32 {
+    if (metered.len() as f32) < MIN_COVERAGE * (columns * rows) as f32 {
         return automatic_exposure(film);
     }
-    let reflected = exposure_of(&seen);
-    let arriving = arriving / seen.len() as f32;
-    let open = lights.daylight();
-    // What a grey card would be exposed by that lies where the surfaces are.
-    let incident = PI / arriving;
-    if arriving <= 0.0 || !incident.is_finite() {
+    let reflected = exposure_of(&metered);
+    let irradiance = irradiance / metered.len() as f32;
+    let unoccluded = lights.daylight();
+    // The exposure that makes a white diffuse surface at these places 1.
+    let incident = PI / irradiance;
+    if irradiance <= 0.0 || !incident.is_finite() {
         reflected
-    } else if arriving < OUTDOORS * open {
-        reflected.min(MOST_OVER * incident)
+    } else if irradiance < OUTDOORS * unoccluded {
+        reflected.min(MAX_OVEREXPOSURE * incident)
     } else {
-        reflected.clamp(MOST_UNDER * incident, MOST_OVER * incident)
+        reflected.clamp(MIN_UNDEREXPOSURE * incident, MAX_OVEREXPOSURE * incident)
     }
 }
 
-/// Luminance of the irradiance that comes from suns and sky without a bounce: one direction of the
-/// hemisphere for the sky, by the cosine, and the middle of each sun.
+/// Luminance of the direct irradiance of suns and sky at a point: one cosine-weighted direction for
+/// the sky, and the centre of each sun.
 fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteraction<'_>, seed: u32) -> f32 {
     let is_open = |direction: Vec3| {
         let ray = Ray::new(point.offset_origin(direction).into(), direction.into());
@@ -83,9 +83,9 @@ fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteractio
     let u = [unit_hash(2 * seed), unit_hash(2 * seed + 1)];
     let direction = Basis::around(point.shading_normal).to_world(cosine_hemisphere(u.into())).normalize();
     let sky = if is_open(direction) { PI * luminance(lights.sky(direction)) } else { 0.0 };
-    let suns = lights.suns().map(|(toward, irradiance)| {
+    let suns = lights.suns().map(|(toward, sun)| {
         let cosine = point.shading_normal.dot(toward);
-        if cosine > 0.0 && is_open(toward) { cosine * luminance(irradiance) } else { 0.0 }
+        if cosine > 0.0 && is_open(toward) { cosine * luminance(sun) } else { 0.0 }
     });
     sky + suns.sum::<f32>()
 }

@@ -1,7 +1,7 @@
-//! From a frame and a camera to a film, on all threads.
+//! Rendering a frame through a camera to a film, in parallel.
 //!
-//! The picture is cut into tiles that threads take as they come. What a pixel becomes depends on
-//! the seed and the pixel alone, so the picture is the same for any number of threads.
+//! The picture is divided into tiles, which the threads of a pool render. A pixel depends on the
+//! seed and its position only, so the picture is the same for any number of threads.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::camera::CameraProjection;
 use crate::{Camera, Film, Frame, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
 
-/// What picture to make.
+/// The size, sampling and integrator of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Pixels in a row, 1 to 65536.
@@ -22,19 +22,19 @@ pub struct Settings {
     pub height: u32,
     /// Samples per pixel, at least 1.
     pub spp: u32,
-    /// The first sample's number. Pictures of samples 0..8 and 8..16 complement each other: their
-    /// mean is that of 0..16.
+    /// Index of the first sample. The mean of the pictures of samples 0..8 and 8..16 is that of
+    /// 0..16.
     pub first_sample: u32,
-    /// Another seed, other noise.
+    /// Seeds the sampler: another seed gives other noise.
     pub seed: u64,
-    /// How many threads trace; `None` for rayon's own pool. The picture does not depend on it.
+    /// The number of threads; `None` for rayon's global pool. The picture does not depend on it.
     pub threads: Option<usize>,
     /// What the picture shows.
     pub integrator: IntegratorKind,
     /// How often a path may scatter.
     pub max_depth: u32,
-    /// The most radiance that one path may bring from beyond its first bounce; biased, and
-    /// therefore off unless asked for.
+    /// Upper bound of a single contribution from beyond the first bounce, radiance; biased, and
+    /// therefore off by default.
     pub clamp: Option<f32>,
 }
 
@@ -54,7 +54,7 @@ impl Default for Settings {
     }
 }
 
-/// How far a picture is.
+/// The progress of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// Tiles that are finished.
@@ -63,18 +63,18 @@ pub struct Progress {
     pub total: usize,
 }
 
-/// A picture, and what it took.
+/// A picture, with statistics of its rendering.
 #[derive(Debug, Clone)]
 pub struct Rendered {
     /// The picture in linear RGB.
     pub film: Film,
-    /// Whether colours are meant to be seen as they are, without exposure and tone mapping.
+    /// Whether colours are meant to be shown as they are, without exposure and tone mapping.
     pub is_display_ready: bool,
     /// Rays traced.
     pub rays: u64,
-    /// Samples that were no numbers and were counted as black. Anything but 0 is a bug.
+    /// Samples that were not finite and were counted as black. Anything but 0 is a bug.
     pub lost_samples: u64,
-    /// Time to gather lights.
+    /// Time to collect the lights.
     pub prepare_time: Duration,
     /// Time to trace.
     pub trace_time: Duration,
@@ -94,7 +94,7 @@ pub enum RenderError {
         /// As asked for.
         height: u32,
     },
-    /// No samples, or more than can be numbered.
+    /// No samples, or sample indices of 2^32 and more.
     #[error("{spp} samples per pixel from number {first} on cannot be taken: at least 1, and numbers below 2^32")]
     Samples {
         /// As asked for.
@@ -102,12 +102,12 @@ pub enum RenderError {
         /// As asked for.
         first: u32,
     },
-    /// Threads could not be had.
+    /// The thread pool could not be made.
     #[error("{count} threads cannot be had: {reason}")]
     Threads {
         /// As asked for.
         count: usize,
-        /// What stood in the way.
+        /// The reason.
         reason: String,
     },
     /// The caller asked to stop.
@@ -117,21 +117,20 @@ pub enum RenderError {
 
 /// Longest side, pixels.
 pub const MAX_SIDE: u32 = 65_536;
-/// Most pixels of a picture: with twelve bytes each, 1.5 GiB.
+/// Largest number of pixels: with twelve bytes each, 1.5 GiB.
 pub const MAX_PIXELS: u64 = 1 << 27;
-/// Most threads of a picture.
+/// Largest number of threads.
 const MAX_THREADS: usize = 1024;
 /// Side of a tile, pixels.
 const TILE: u32 = 16;
-/// How many samples are traced together: what they need stays in the second cache.
-const WAVE: usize = 1024;
+/// Samples that are traced together: their state fits into the second-level cache.
+const BATCH: usize = 1024;
 
-/// Makes a picture. `progress` is called by the tracing threads whenever a tile is finished, and
-/// may ask to stop.
+/// Renders a picture. `progress` is called by the rendering threads whenever a tile is finished,
+/// and may stop the rendering.
 ///
 /// # Errors
-/// Sizes, samples or threads that cannot be had; [`RenderError::Stopped`] when `progress` broke
-/// off.
+/// Sizes, samples or threads out of range; [`RenderError::Stopped`] when `progress` broke off.
 pub fn render(
     frame: &Frame,
     camera: &Camera,
@@ -141,8 +140,7 @@ pub fn render(
     render_with(settings.integrator.with(settings).as_ref(), frame, camera, settings, progress)
 }
 
-/// As [`render`], with an integrator of the caller's own; [`Settings::integrator`] is not looked
-/// at.
+/// As [`render`], with an integrator of the caller's own; [`Settings::integrator`] is ignored.
 ///
 /// # Errors
 /// As for [`render`].
@@ -188,7 +186,7 @@ fn check(settings: &Settings) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// Runs work on a pool of its own with so many threads, or on the global one.
+/// Runs `work` on a pool of its own with a number of threads, or on the global pool.
 fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
     let Some(count) = threads else { return Ok(work()) };
     if !(1..=MAX_THREADS).contains(&count) {
@@ -199,7 +197,7 @@ fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> 
     Ok(pool.install(work))
 }
 
-/// All that tiles share.
+/// What all tiles share.
 struct Picture<'a> {
     integrator: &'a dyn Integrator,
     context: &'a SceneContext<'a>,
@@ -207,7 +205,7 @@ struct Picture<'a> {
     settings: &'a Settings,
 }
 
-/// A finished part of the picture.
+/// The finished pixels of one tile.
 struct Tile {
     corner: [u32; 2],
     width: u32,
@@ -236,57 +234,57 @@ impl Picture<'_> {
         let width = TILE.min(self.settings.width - corner[0]);
         let height = TILE.min(self.settings.height - corner[1]);
         let mut tracer = Tracer::new(self.context);
-        let mut wave = Wave::default();
+        let mut batch = SampleBatch::default();
         let mut sums = Sums { of_pixels: vec![[0.0; 3]; (width * height) as usize], lost_samples: 0 };
-        // Along a Morton curve, so that what is traced together is a small square of the picture.
+        // Pixels in Morton order, so that the samples of a batch cover a small square.
         for place in 0..TILE * TILE {
             let [x, y] = [even_bits(place), even_bits(place >> 1)];
             if x >= width || y >= height {
                 continue;
             }
             for index in 0..self.settings.spp {
-                self.begin([corner[0] + x, corner[1] + y], index, (y * width + x) as usize, &mut wave);
-                if wave.rays.len() == WAVE {
-                    wave.trace(self.integrator, &mut tracer, &mut sums);
+                self.begin([corner[0] + x, corner[1] + y], index, (y * width + x) as usize, &mut batch);
+                if batch.rays.len() == BATCH {
+                    batch.trace(self.integrator, &mut tracer, &mut sums);
                 }
             }
         }
-        wave.trace(self.integrator, &mut tracer, &mut sums);
+        batch.trace(self.integrator, &mut tracer, &mut sums);
         let mean = |sum: &[f64; 3]| sum.map(|channel| (channel / f64::from(self.settings.spp)) as f32);
         let pixels = sums.of_pixels.iter().map(mean).collect();
         Tile { corner, width, pixels, rays: tracer.rays(), lost_samples: sums.lost_samples }
     }
 
-    /// Adds a sample of a pixel to a wave.
-    fn begin(&self, [x, y]: [u32; 2], index: u32, pixel: usize, wave: &mut Wave) {
+    /// Adds a sample of a pixel to a batch.
+    fn begin(&self, [x, y]: [u32; 2], index: u32, pixel: usize, batch: &mut SampleBatch) {
         let mut sampler = Sampler::new(self.settings.seed, [x, y], self.settings.first_sample + index);
         let [jitter_x, jitter_y] = sampler.next_2d();
         let at =
             [(x as f32 + jitter_x) / self.settings.width as f32, (y as f32 + jitter_y) / self.settings.height as f32];
-        wave.pixels.push(pixel);
-        wave.rays.push(self.projection.ray(at));
-        wave.samplers.push(sampler);
+        batch.pixels.push(pixel);
+        batch.rays.push(self.projection.ray(at));
+        batch.samplers.push(sampler);
     }
 }
 
 /// Samples that are traced together.
 #[derive(Default)]
-struct Wave {
-    /// Within the tile.
+struct SampleBatch {
+    /// Index of the pixel within the tile.
     pixels: Vec<usize>,
     rays: Vec<Ray>,
     samplers: Vec<Sampler>,
     colors: Vec<[f32; 3]>,
 }
 
-/// The samples of a tile, added up.
+/// Sums of the samples of each pixel of a tile.
 struct Sums {
     of_pixels: Vec<[f64; 3]>,
     lost_samples: u64,
 }
 
-impl Wave {
-    /// Traces the samples, adds them to their pixels, and is empty again.
+impl SampleBatch {
+    /// Traces the samples, adds them to their pixels, and empties the batch.
     fn trace(&mut self, integrator: &dyn Integrator, tracer: &mut Tracer<'_>, sums: &mut Sums) {
         self.colors.clear();
         self.colors.resize(self.rays.len(), [0.0; 3]);
@@ -306,7 +304,7 @@ impl Wave {
     }
 }
 
-/// Every other bit of a number below 2^16, moved together.
+/// The even bits of a number below 2^16, compacted: one coordinate of a Morton code.
 fn even_bits(number: u32) -> u32 {
     (0..8).fold(0, |bits, at| bits | (number >> (2 * at) & 1) << at)
 }

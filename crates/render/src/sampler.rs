@@ -1,36 +1,38 @@
-//! Numbers for one sample of one pixel: scrambled Sobol points, two dimensions at a time.
+//! The sampler of the path tracer: Owen-scrambled Sobol points, two dimensions at a time.
 //!
-//! Every pair of dimensions is the two-dimensional Sobol sequence, visited in an order and with
-//! values that are scrambled by a hash of seed, pixel and pair. So a pixel's samples are stratified
-//! in every pair, pixels and pairs know nothing of each other, and a number depends on where it is
-//! asked for, never on which thread asks.
+//! Every pair of dimensions is the two-dimensional Sobol sequence, shuffled and scrambled by a hash
+//! of seed, pixel and pair (padding). So the samples of a pixel are stratified in every pair,
+//! pixels and pairs are decorrelated, and a number depends on seed, pixel, sample and pair only,
+//! never on the thread.
 //!
 //! Burley 2020, "Practical Hash-based Owen Scrambling"; the hash is Vegdahl's variant of the one by
 //! Laine and Karras.
 
-/// The source of numbers for one sample of one pixel.
+/// The random numbers of one sample of one pixel.
 #[derive(Debug, Clone)]
 pub struct Sampler {
     /// Hash of seed and pixel.
     pixel: u32,
+    /// Index of the sample within the pixel.
     index: u32,
+    /// Index of the next pair of dimensions.
     pair: u32,
 }
 
-/// Pairs that a bounce may use before it reaches into the numbers of the next.
+/// Pairs of dimensions reserved for a bounce.
 const PAIRS_PER_BOUNCE: u32 = 10;
-/// Pairs that belong to the camera.
+/// Pairs of dimensions reserved for the camera.
 const PAIRS_OF_CAMERA: u32 = 2;
 
 impl Sampler {
-    /// The numbers of one sample of one pixel.
+    /// For the sample with an index, of one pixel.
     pub fn new(seed: u64, pixel: [u32; 2], index: u32) -> Self {
         let seed = hash(seed as u32 ^ hash((seed >> 32) as u32 ^ 0x9e37_79b9));
         Self { pixel: combine(combine(seed, pixel[0]), pixel[1]), index, pair: 0 }
     }
 
-    /// Goes to the numbers of a bounce, whichever were used before, so that all paths of a pixel
-    /// use the same pairs for the same purpose. Bounce 0 is where the camera ray arrives.
+    /// Jumps to the dimensions of a bounce, however many were used before, so that all paths of a
+    /// pixel use the same dimensions for the same purpose. Bounce 0 is the hit of the camera ray.
     pub fn begin_bounce(&mut self, bounce: u32) {
         self.pair = PAIRS_OF_CAMERA.wrapping_add(bounce.wrapping_mul(PAIRS_PER_BOUNCE));
     }
@@ -56,7 +58,7 @@ impl Sampler {
         ]
     }
 
-    /// A number that belongs to this sample as a whole.
+    /// A hash of pixel and sample, the same in all dimensions.
     pub fn salt(&self) -> u32 {
         combine(self.pixel, self.index)
     }
@@ -67,7 +69,7 @@ pub(crate) fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// The second dimension of the Sobol sequence, as a fraction of 2^32.
+/// The second dimension of the Sobol sequence, times 2^32.
 ///
 /// Its matrix is Pascal's triangle modulo two, and a binomial coefficient `n` over `k` is odd
 /// exactly if the bits of `k` are among those of `n` (Lucas 1878). So each bit of the point is the
@@ -83,7 +85,7 @@ fn second_sobol(index: u32) -> u32 {
     bits.reverse_bits()
 }
 
-/// Owen scrambling: every bit is flipped or not by a hash of the bits above it.
+/// Owen scrambling: each bit is flipped depending on a hash of the bits above it.
 fn scramble(value: u32, seed: u32) -> u32 {
     let mut x = value.reverse_bits();
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -94,7 +96,7 @@ fn scramble(value: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// An integer hash in which every bit of the input moves every bit of the output.
+/// An integer hash with full avalanche.
 pub(crate) fn hash(value: u32) -> u32 {
     // Ettinger and Wellons 2018, "lowbias32".
     let mut x = value;
@@ -153,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_pairs_and_seeds_know_nothing_of_each_other() {
+    fn pixels_pairs_and_seeds_are_decorrelated() {
         let numbers = |seed, pixel, pair| {
             (0..256).map(move |index| {
                 let mut sampler = Sampler::new(seed, pixel, index);
@@ -174,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bounce_has_its_own_numbers_whatever_was_used_before() {
+    fn a_bounce_has_its_own_dimensions_however_many_were_used_before() {
         let mut one = Sampler::new(1, [2, 3], 4);
         let mut other = one.clone();
         one.next_2d();

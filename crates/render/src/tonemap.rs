@@ -1,4 +1,4 @@
-//! From linear light to what a screen shows: exposure, a filmic curve, sRGB.
+//! From linear radiance to display colours: exposure, a filmic tone curve, sRGB.
 //!
 //! The curve is the rational function with which Narkowicz 2015, "ACES Filmic Tone Mapping Curve",
 //! follows the film-like response of the Academy Color Encoding System: dark tones get a short toe,
@@ -7,16 +7,17 @@
 use crate::Film;
 use crate::color::{clamp_positive, luminance, sanitized, srgb_from_linear};
 
-/// Eight-bit sRGB, three bytes per pixel, row by row from the top: exposed, through the filmic
-/// curve, encoded.
+/// Exposure, the filmic curve and sRGB encoding: eight-bit RGB, three bytes per pixel, row by row
+/// from the top.
 ///
-/// `exposure` multiplies the film; see [`automatic_exposure`].
+/// `exposure` multiplies the film; see [`metered_exposure`](crate::metered_exposure) and
+/// [`automatic_exposure`].
 pub fn tone_map(film: &Film, exposure: f32) -> Vec<u8> {
     srgb_bytes(film, |channel| filmic(channel * exposure))
 }
 
-/// Eight-bit sRGB of a picture whose colours are meant to be seen as they are, such as a heat map:
-/// encoded only.
+/// sRGB encoding only, for pictures that show data, such as a heat map: eight-bit RGB, three bytes
+/// per pixel, row by row from the top.
 pub fn encode_srgb(film: &Film) -> Vec<u8> {
     srgb_bytes(film, |channel| channel)
 }
@@ -25,26 +26,26 @@ fn srgb_bytes(film: &Film, tone: impl Fn(f32) -> f32) -> Vec<u8> {
     film.pixels().iter().flat_map(|pixel| pixel.map(|channel| srgb_from_linear(tone(channel)))).collect()
 }
 
-/// 0 for black and everything below, rising to 1 for the brightest.
+/// The filmic curve: from 0 for black and negative values up to 1.
 fn filmic(linear: f32) -> f32 {
     // Beyond 1e4 the curve is flat, and squares of larger numbers would overflow.
     let x = clamp_positive(linear, 1e4);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
 }
 
-/// Luminance that the middle of the scene's tones is brought to.
+/// The luminance to which the geometric mean of the picture is exposed.
 const MIDDLE_GREY: f32 = 0.18;
 
-/// The exposure that brings a film to a middle brightness: what the geometric mean of the pixels
-/// has to be multiplied by to become middle grey. The darkest and the brightest twentieth do not
-/// count, so that neither lamps nor holes in the scene decide; a wholly black film gets 1.
+/// The exposure that brings a film to middle brightness: the factor that makes the geometric mean
+/// of the pixels middle grey. The darkest and the brightest twentieth are left out, so that neither
+/// lamps nor holes in the scene decide; a film that is black everywhere gets 1.
 ///
 /// Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images".
 pub fn automatic_exposure(film: &Film) -> f32 {
     exposure_of(film.pixels())
 }
 
-/// The same of some pixels.
+/// As [`automatic_exposure`], for linear RGB pixels.
 pub(crate) fn exposure_of(pixels: &[[f32; 3]]) -> f32 {
     let mut logs: Vec<f32> = pixels
         .iter()

@@ -1,10 +1,10 @@
-//! From the unit square to directions and triangles, with the density each is made with.
+//! Warps from the unit square to directions and triangles, with their pdfs.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-/// Two unit vectors that make a right-handed basis with a third.
+/// A right-handed orthonormal basis around a normal.
 ///
 /// Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +15,7 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// Around a unit vector.
+    /// The basis whose z axis is a unit vector.
     pub(crate) fn around(normal: Vec3) -> Self {
         let sign = 1.0_f32.copysign(normal.z);
         let a = -1.0 / (sign + normal.z);
@@ -27,13 +27,13 @@ impl Basis {
         }
     }
 
-    /// A local vector, whose z is along the normal, in the world.
+    /// Transforms a vector from this basis to world space.
     pub(crate) fn to_world(self, local: Vec3) -> Vec3 {
         self.tangent * local.x + self.bitangent * local.y + self.normal * local.z
     }
 }
 
-/// A point of the unit disc, uniform by area; neighbours stay neighbours.
+/// A point of the unit disc, uniform by area: the concentric map, which is continuous.
 ///
 /// Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
 fn disc(u: Vec2) -> Vec2 {
@@ -49,14 +49,14 @@ fn disc(u: Vec2) -> Vec2 {
     radius * Vec2::new(angle.cos(), angle.sin())
 }
 
-/// A direction about +z, with a density of cosine over pi (Malley's method).
+/// A direction about +z with pdf cosine over pi (Malley's method).
 pub(crate) fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let point = disc(u);
     point.extend((1.0 - point.length_squared()).max(0.0).sqrt())
 }
 
 /// A direction within an angle of +z, uniform by solid angle. `versine` is one minus the cosine of
-/// the angle: for small angles the cosine itself would have no digits left.
+/// the angle, which keeps its precision for small angles.
 pub(crate) fn cone(u: Vec2, versine: f32) -> Vec3 {
     let drop = u.x * versine;
     let radius = (drop * (2.0 - drop)).max(0.0).sqrt();
@@ -64,7 +64,7 @@ pub(crate) fn cone(u: Vec2, versine: f32) -> Vec3 {
     Vec3::new(radius * angle.cos(), radius * angle.sin(), 1.0 - drop)
 }
 
-/// Weights of the second and third corner of a triangle, uniform by area.
+/// Barycentric coordinates, the weights of the second and third vertex, uniform by area.
 pub(crate) fn triangle(u: Vec2) -> [f32; 2] {
     let root = u.x.sqrt();
     [root * (1.0 - u.y), root * u.y]

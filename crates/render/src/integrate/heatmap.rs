@@ -1,5 +1,5 @@
-//! How much work a ray is: nodes visited and triangles tested, from black over blue and red to
-//! white.
+//! The cost of camera rays: nodes visited and triangles tested, as colours from black over blue and
+//! red to white.
 
 use glam::Vec3;
 use kinetree::{Ray, Work};
@@ -12,8 +12,8 @@ use crate::{Sampler, Tracer};
 #[derive(Debug, Clone, Copy)]
 pub struct Heatmap;
 
-/// The work at which colours end, nodes and triangles together. The scale is logarithmic.
-const HOTTEST: f32 = 1024.0;
+/// The work, nodes and triangles together, that gets the last colour. The scale is logarithmic.
+const MAX_WORK: f32 = 1024.0;
 
 /// Colours from no work to the most, linear RGB.
 const RAMP: [[f32; 3]; 6] =
@@ -22,7 +22,7 @@ const RAMP: [[f32; 3]; 6] =
 impl Integrator for Heatmap {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, _: &mut Sampler) -> [f32; 3] {
         let mut work = Work::default();
-        // Only the work is of interest.
+        // Only the work is needed, not the hit.
         let _ = tracer.closest_hit_counted(ray, &mut work);
         color(work.nodes + work.triangles)
     }
@@ -33,7 +33,7 @@ impl Integrator for Heatmap {
 }
 
 fn color(work: u64) -> [f32; 3] {
-    let heat = ((1.0 + work as f32).ln() / (1.0 + HOTTEST).ln()).min(1.0) * (RAMP.len() - 1) as f32;
+    let heat = ((1.0 + work as f32).ln() / (1.0 + MAX_WORK).ln()).min(1.0) * (RAMP.len() - 1) as f32;
     let step = (heat as usize).min(RAMP.len() - 2);
     Vec3::from(RAMP[step]).lerp(RAMP[step + 1].into(), heat - step as f32).into()
 }

@@ -1,9 +1,9 @@
-//! Which instance and which triangle is where: a hue for each instance, a shade for each triangle.
+//! Instance and triangle ids as colours: a hue for each instance, a shade for each triangle.
 
 use kinetree::Ray;
 
 use super::first_hit::{FirstHitShader, shade, shade_each};
-use super::{Integrator, NOTHING, shaded};
+use super::{BACKGROUND, Integrator, shaded};
 use crate::color::from_hue;
 use crate::interaction::SurfaceInteraction;
 use crate::sampler::{combine, unit_hash};
@@ -15,7 +15,7 @@ pub struct Ids;
 
 impl FirstHitShader for Ids {
     fn color(&self, _: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
-        let Some(point) = point else { return NOTHING };
+        let Some(point) = point else { return BACKGROUND };
         let shade = unit_hash(combine(point.instance, point.primitive));
         let color = from_hue(unit_hash(point.instance), 0.5 + 0.3 * shade, 0.45 + 0.5 * shade);
         shaded(color, point, ray)

@@ -1,7 +1,7 @@
-//! What a ray from the camera brings home: one file for each kind of picture.
+//! Integrators: from a camera ray to a colour, one file for each kind of picture.
 //!
-//! `simple_path.rs` is the one to read first; `path.rs` computes the same faster. The others show
-//! what is inside.
+//! `simple_path.rs` is the one to read first; `path.rs` computes the same with less noise. The
+//! others show properties of the scene and its trees.
 
 mod ambient;
 mod first_hit;
@@ -37,8 +37,9 @@ pub trait Integrator: Send + Sync {
     /// that [are ready](Integrator::is_display_ready) a colour in 0..=1.
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: &Ray, sampler: &mut Sampler) -> [f32; 3];
 
-    /// The colours along the rays of many samples, neighbours of which go nearly alike: those of
-    /// [`Integrator::radiance`], to the bit. One after another, unless an integrator knows better.
+    /// The colours along the camera rays of many samples, neighbours of which are nearly parallel:
+    /// the same as [`Integrator::radiance`] gives for each, to the bit. The default calls it for
+    /// one after another.
     ///
     /// # Panics
     /// When there are fewer samplers or colours than rays.
@@ -49,33 +50,33 @@ pub trait Integrator: Send + Sync {
         }
     }
 
-    /// Whether colours are meant to be seen as they are, without exposure and tone mapping.
+    /// Whether colours are meant to be shown as they are, without exposure and tone mapping.
     fn is_display_ready(&self) -> bool {
         false
     }
 }
 
-/// The integrators by name.
+/// The integrators that can be chosen by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum IntegratorKind {
-    /// [`Path`]: the full light transport, asking lights directly.
+    /// [`Path`]: path tracing with light sampling.
     #[default]
     Path,
-    /// [`SimplePath`]: the same picture, by scattering alone.
+    /// [`SimplePath`]: the same picture, by BSDF sampling alone.
     Simple,
-    /// [`Ambient`]: how open places are.
+    /// [`Ambient`]: ambient occlusion.
     Ambient,
-    /// [`Heatmap`]: how much work rays are.
+    /// [`Heatmap`]: the cost of camera rays.
     Heatmap,
-    /// [`Normals`]: which way surfaces face.
+    /// [`Normals`]: shading normals.
     Normals,
-    /// [`Ids`]: which instance and triangle is where.
+    /// [`Ids`]: instances and triangles.
     Ids,
-    /// [`Motions`]: what moves, and how.
+    /// [`Motions`]: the motion of meshes.
     Motion,
 }
 
-/// A name that no integrator has.
+/// The error of parsing a name that no integrator has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no integrator {0:?}; there are path, simple, ambient, heatmap, normals, ids and motion")]
 pub struct UnknownIntegrator(pub String);
@@ -126,10 +127,10 @@ impl FromStr for IntegratorKind {
     }
 }
 
-/// What pictures that show no light put where nothing is.
-const NOTHING: [f32; 3] = [0.02, 0.02, 0.025];
+/// The background colour of pictures that show properties instead of light.
+const BACKGROUND: [f32; 3] = [0.02, 0.02, 0.025];
 
-/// A little shape for pictures that show no light: bright where the surface faces the viewer.
+/// A headlight for pictures that show properties: brighter where the surface faces the viewer.
 fn shaded(color: Vec3, point: &SurfaceInteraction<'_>, ray: &Ray) -> [f32; 3] {
     let facing = point.shading_normal.dot(Vec3::from(ray.direction)).abs();
     (color * (0.35 + 0.65 * facing)).into()

@@ -1,10 +1,10 @@
-//! What moves, and how: a colour for each kind of motion.
+//! The motion of meshes as colours.
 
 use glam::Vec3;
 use kinetree::{Motion, Ray};
 
 use super::first_hit::{FirstHitShader, shade, shade_each};
-use super::{Integrator, NOTHING, shaded};
+use super::{BACKGROUND, Integrator, shaded};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
@@ -14,7 +14,7 @@ pub struct Motions;
 
 impl FirstHitShader for Motions {
     fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
-        let Some(point) = point else { return NOTHING };
+        let Some(point) = point else { return BACKGROUND };
         let color = match context.frame().view.instance_at(point.instance).motion() {
             Motion::Static => Vec3::new(0.45, 0.45, 0.45),
             Motion::Rigid => Vec3::new(0.08, 0.25, 0.85),

@@ -1,10 +1,10 @@
-//! Which way surfaces face: x, y and z of the shading normal as red, green and blue.
+//! Shading normals as colours: x, y and z as red, green and blue.
 
 use glam::Vec3;
 use kinetree::Ray;
 
 use super::first_hit::{FirstHitShader, shade, shade_each};
-use super::{Integrator, NOTHING};
+use super::{BACKGROUND, Integrator};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
@@ -14,7 +14,7 @@ pub struct Normals;
 
 impl FirstHitShader for Normals {
     fn color(&self, _: &SceneContext<'_>, _: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
-        point.map_or(NOTHING, |point| (point.shading_normal * 0.5 + Vec3::splat(0.5)).into())
+        point.map_or(BACKGROUND, |point| (point.shading_normal * 0.5 + Vec3::splat(0.5)).into())
     }
 }
 
