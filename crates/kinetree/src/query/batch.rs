@@ -1,81 +1,132 @@
-//! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers are those of single calls, to the bit.
+//! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers
+//! are those of single calls, to the bit.
 
-use super::packet_collector::{Any, Nearest, PacketCollector};
+use super::candidate::{Filter, NoFilter, QueryFilter};
+use super::collector::Wanted;
+use super::packet_hits::PacketHits;
 use super::trace_packet::TracePacket;
-use super::trace_ray::{Rules, trace_ray};
-use super::{Closest, Coherence, Filter, Hit, Occluded, Query, sort};
+use super::two_level::Rules;
+use super::{Coherence, Cull, Hit, sort, trace_ray};
 use crate::geometry::Ray;
 use crate::simd::{Isa, Kernel, Level};
-use crate::traverse::{Column, FrameBvh, PACKET, Work};
+use crate::traverse::{FrameBvh, PACKET, Work};
 
-/// The nearest hit of each ray.
+/// The nearest hit of each ray. The filter is called only if `has_filter`.
 ///
 /// # Panics
 /// When there are not as many hits as rays.
-pub(super) fn closest_hits<F: Filter>(
+pub(super) fn closest_hits(
     world: &FrameBvh,
     rays: &[Ray],
-    rules: Rules<F>,
+    (rules, has_filter): (Rules<QueryFilter<'_>>, bool),
     hits: &mut [Option<Hit>],
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), hits.len(), "one hit per ray");
-    let alone = |number: usize, ray: &Ray| trace_ray::<F, Closest, ()>(world, ray, rules.for_ray(number), &mut ());
-    let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).closest_hit_counted(ray, work);
-    each(world, rays, rules, hits, coherence, (alone, sampled), Nearest::new);
+    let of_packet = |packet: &PacketHits, at: usize| packet.hit(at, world.stamp);
+    let filtered = |number: usize, ray: &Ray| {
+        let (rules, work) = (rules.for_ray(number), &mut Work::default());
+        trace_ray::dynamic(world, ray, rules, Wanted::Closest, work)?.hit(world.stamp)
+    };
+    let batch = Batch { world, rays, rules, wanted: Wanted::Closest, coherence };
+    if has_filter {
+        batch.trace(hits, of_packet, filtered);
+    } else {
+        let Rules { mask, cull, .. } = rules;
+        let filter = NoFilter;
+        batch.trace(hits, of_packet, |_, ray| trace_ray::closest(world, ray, Rules { mask, cull, filter }));
+    }
 }
 
-/// Whether each ray hits anything.
+/// Whether each ray hits anything. The filter is called only if `has_filter`.
 ///
 /// # Panics
 /// When there are not as many answers as rays.
-pub(super) fn occluded_each<F: Filter>(
+pub(super) fn occluded_each(
     world: &FrameBvh,
     rays: &[Ray],
-    rules: Rules<F>,
+    (rules, has_filter): (Rules<QueryFilter<'_>>, bool),
     answers: &mut [bool],
     coherence: Coherence,
 ) {
     assert_eq!(rays.len(), answers.len(), "one answer per ray");
-    let alone = |number: usize, ray: &Ray| trace_ray::<F, Occluded, ()>(world, ray, rules.for_ray(number), &mut ());
-    let sampled = |ray: &Ray, work: &mut Work| _ = Query::new(world).occluded_counted(ray, work);
-    each(world, rays, rules, answers, coherence, (alone, sampled), Any::new);
+    let of_packet = |packet: &PacketHits, at: usize| packet.is_hit(at);
+    let filtered = |number: usize, ray: &Ray| {
+        let (rules, work) = (rules.for_ray(number), &mut Work::default());
+        trace_ray::dynamic(world, ray, rules, Wanted::Any, work).is_some_and(|collector| collector.is_hit())
+    };
+    let batch = Batch { world, rays, rules, wanted: Wanted::Any, coherence };
+    if has_filter {
+        batch.trace(answers, of_packet, filtered);
+    } else {
+        let Rules { mask, cull, .. } = rules;
+        let filter = NoFilter;
+        batch.trace(answers, of_packet, |_, ray| trace_ray::occluded(world, ray, Rules { mask, cull, filter }));
+    }
 }
 
-/// `alone` answers for the ray of a number; `sampled` traces one for what it costs, without any rules.
-fn each<F: Filter, G: PacketCollector>(
-    world: &FrameBvh,
-    rays: &[Ray],
-    rules: Rules<F>,
-    answers: &mut [G::Answer],
+/// Rays, and what is asked of each.
+struct Batch<'a> {
+    world: &'a FrameBvh,
+    rays: &'a [Ray],
+    rules: Rules<QueryFilter<'a>>,
+    wanted: Wanted,
     coherence: Coherence,
-    (alone, sampled): (impl Fn(usize, &Ray) -> G::Answer, impl Fn(&Ray, &mut Work)),
-    within: impl Fn(Column) -> G,
-) {
-    match coherence {
-        Coherence::Coherent => {
-            for (packet, (rays, answers)) in rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)).enumerate() {
-                let first = packet * PACKET;
-                let (within, answered) = (&within, &mut *answers);
-                let left = world.level.run(TracePacket { world, rays, rules, first, answers: answered, within });
-                for at in (0..rays.len()).filter(|at| left >> at & 1 == 1) {
-                    answers[at] = alone(first + at, &rays[at]);
+}
+
+impl Batch<'_> {
+    /// Answers all rays. `of_packet` reads the answer of one ray from those of a packet; `alone` answers
+    /// for the ray with a number.
+    fn trace<A>(
+        &self,
+        answers: &mut [A],
+        of_packet: impl Fn(&PacketHits, usize) -> A,
+        alone: impl Fn(usize, &Ray) -> A,
+    ) {
+        match self.coherence {
+            Coherence::Coherent if self.world.level.is_vector() => self.trace_packets(answers, of_packet, alone),
+            Coherence::Incoherent if self.is_worth_sorting() => {
+                let mut sorter = sort::Sorter::new(self.world.top.bounds());
+                let blocks = self.rays.chunks(sort::BLOCK).zip(answers.chunks_mut(sort::BLOCK)).enumerate();
+                for (block, (rays, answers)) in blocks {
+                    let alone = |number: usize, ray: &Ray| alone(block * sort::BLOCK + number, ray);
+                    in_order(self.world.level, rays, answers, sorter.order(rays), alone);
+                }
+            }
+            _ => {
+                for (number, (ray, answer)) in self.rays.iter().zip(answers).enumerate() {
+                    *answer = alone(number, ray);
                 }
             }
         }
-        Coherence::Incoherent if sort::is_worth_while(world, rays, sampled) => {
-            let mut sorter = sort::Sorter::new(world.top.bounds());
-            let blocks = rays.chunks(sort::BLOCK).zip(answers.chunks_mut(sort::BLOCK)).enumerate();
-            for (block, (rays, answers)) in blocks {
-                let alone = |number: usize, ray: &Ray| alone(block * sort::BLOCK + number, ray);
-                in_order(world.level, rays, answers, sorter.order(rays), alone);
+    }
+
+    fn trace_packets<A>(
+        &self,
+        answers: &mut [A],
+        of_packet: impl Fn(&PacketHits, usize) -> A,
+        alone: impl Fn(usize, &Ray) -> A,
+    ) {
+        let Self { world, rules, .. } = *self;
+        let mut hits = PacketHits::new(self.wanted == Wanted::Any);
+        for (packet, (rays, answers)) in self.rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)).enumerate() {
+            let first = packet * PACKET;
+            // A level without vectors traces every ray alone.
+            let left = world.level.run_vector(TracePacket { world, rays, rules, first, hits: &mut hits });
+            let left = left.unwrap_or(u64::MAX);
+            for (at, (ray, answer)) in rays.iter().zip(answers).enumerate() {
+                *answer = if left >> at & 1 == 1 { alone(first + at, ray) } else { of_packet(&hits, at) };
             }
         }
-        _ => {
-            for (number, (ray, answer)) in rays.iter().zip(answers).enumerate() {
-                *answer = alone(number, ray);
-            }
-        }
+    }
+
+    /// Whether sorting pays: rays are sampled without any filter.
+    fn is_worth_sorting(&self) -> bool {
+        let (mask, cull, filter) = (u32::MAX, Cull::None, NoFilter.to_dynamic(self.world));
+        let sampled = |ray: &Ray, work: &mut Work| {
+            trace_ray::dynamic(self.world, ray, Rules { mask, cull, filter }, self.wanted, work);
+        };
+        sort::is_worth_while(self.world, self.rays, sampled)
     }
 }
 

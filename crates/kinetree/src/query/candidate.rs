@@ -1,5 +1,6 @@
 //! What a filter is asked about.
 
+use super::two_level::Instance;
 use super::without::Without;
 use crate::geometry::TriangleHit;
 use crate::traverse::FrameBvh;
@@ -58,24 +59,19 @@ impl Candidate<'_> {
     }
 }
 
-/// Decides whether a hit counts. There are exactly two: walks are compiled for each, and the first leaves no trace.
+/// Decides whether a hit counts. There are exactly two: walks are compiled for each, and the first
+/// costs nothing.
 pub(crate) trait Filter: Copy {
-    /// Whether it may ever refuse.
-    const ASKS: bool;
-
     /// Whether the ray sees an instance; else it is not even entered.
     fn sees(&self, instance: u32) -> bool;
 
-    /// The rays of a packet that see an instance.
-    fn seeing(&self, instance: u32, first_ray: usize, set: u64) -> u64;
+    /// Whether a hit on an instance counts.
+    fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: &Instance<'_>) -> bool;
 
-    /// Whether it may refuse hits on an instance.
-    fn asks_about(&self, record: &InstanceRecord) -> bool;
-
-    /// The same, for a ray of a batch.
-    fn for_ray(self, ray: u32) -> Self;
-
-    fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool;
+    /// The same decisions in the form that the rare paths are compiled for.
+    fn to_dynamic<'a>(self, world: &'a FrameBvh) -> QueryFilter<'a>
+    where
+        Self: 'a;
 }
 
 /// Every hit counts.
@@ -83,78 +79,83 @@ pub(crate) trait Filter: Copy {
 pub(crate) struct NoFilter;
 
 impl Filter for NoFilter {
-    const ASKS: bool = false;
-
-    #[inline(always)]
-    fn for_ray(self, _: u32) -> Self {
-        self
-    }
-
     #[inline(always)]
     fn sees(&self, _: u32) -> bool {
         true
     }
 
     #[inline(always)]
-    fn seeing(&self, _: u32, _: usize, set: u64) -> u64 {
-        set
-    }
-
-    #[inline(always)]
-    fn asks_about(&self, _: &InstanceRecord) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn accepts(&self, _: &TriangleHit, _: u32, _: u32, _: &InstanceRecord) -> bool {
+    fn accepts(&self, _: &TriangleHit, _: u32, _: &Instance<'_>) -> bool {
         true
+    }
+
+    fn to_dynamic<'a>(self, world: &'a FrameBvh) -> QueryFilter<'a>
+    where
+        Self: 'a,
+    {
+        QueryFilter::new(world, None, Without::default())
     }
 }
 
 /// A filter as callers hand it over. It may be called on any thread that shares the query.
 pub(super) type DynFilter<'a> = dyn Fn(&Candidate<'_>) -> bool + Sync + 'a;
 
-/// The caller decides: which instances are seen at all and, except about opaque ones, which hits
-/// count.
+/// What a query says about instances and hits: which instances are seen at all and, except on opaque
+/// ones, which hits count.
 #[derive(Clone, Copy)]
-pub(crate) struct AskFilter<'a> {
+pub(crate) struct QueryFilter<'a> {
     filter: Option<&'a DynFilter<'a>>,
     without: Without<'a>,
     world: &'a FrameBvh,
+    /// Index of the ray in its batch.
     ray: u32,
 }
 
-impl<'a> AskFilter<'a> {
-    /// For a ray that is alone.
+impl<'a> QueryFilter<'a> {
+    /// For the first ray of a batch.
     pub(super) fn new(world: &'a FrameBvh, filter: Option<&'a DynFilter<'a>>, without: Without<'a>) -> Self {
         Self { filter, without, world, ray: 0 }
     }
-}
 
-impl Filter for AskFilter<'_> {
-    const ASKS: bool = true;
-
+    /// For another ray of the batch.
     #[inline(always)]
-    fn for_ray(self, ray: u32) -> Self {
+    pub(super) fn for_ray(self, ray: u32) -> Self {
         Self { ray, ..self }
     }
 
+    /// The rays of a packet that see an instance; `first_ray` is the index of its first ray in the batch.
+    #[inline(always)]
+    pub(super) fn seeing(&self, instance: u32, first_ray: usize, set: u64) -> u64 {
+        if self.without.is_nothing() { set } else { self.without.seeing(self.world, instance, first_ray, set) }
+    }
+
+    /// Whether it may refuse hits on an instance.
+    #[inline(always)]
+    pub(super) fn may_refuse(&self, record: &InstanceRecord) -> bool {
+        self.filter.is_some() && !record.opaque
+    }
+}
+
+impl Filter for QueryFilter<'_> {
+    #[inline(always)]
     fn sees(&self, instance: u32) -> bool {
         self.without.is_nothing() || self.without.is_seen(self.world, instance, self.ray)
     }
 
-    fn seeing(&self, instance: u32, first_ray: usize, set: u64) -> u64 {
-        if self.without.is_nothing() { set } else { self.without.seeing(self.world, instance, first_ray, set) }
-    }
-
-    #[inline]
-    fn asks_about(&self, record: &InstanceRecord) -> bool {
-        !record.opaque && self.filter.is_some()
-    }
-
-    fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool {
-        let asked =
-            |filter: &DynFilter<'_>| filter(&Candidate { hit: *hit, primitive, instance, ray: self.ray, record });
+    #[inline(always)]
+    fn accepts(&self, hit: &TriangleHit, primitive: u32, instance: &Instance<'_>) -> bool {
+        let Instance { record, index, .. } = *instance;
+        let asked = |filter: &DynFilter<'_>| {
+            filter(&Candidate { hit: *hit, primitive, instance: index, ray: self.ray, record })
+        };
         record.opaque || self.filter.is_none_or(asked)
+    }
+
+    #[inline(always)]
+    fn to_dynamic<'a>(self, _: &'a FrameBvh) -> QueryFilter<'a>
+    where
+        Self: 'a,
+    {
+        self
     }
 }

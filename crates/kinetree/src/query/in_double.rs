@@ -1,54 +1,58 @@
-//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that single
-//! precision does no justice.
+//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that rays enter
+//! in double precision.
 //!
-//! See [`inverse`](crate::geometry::inverse) for how rays enter those. They are rare, so one way
-//! serves every question, at the scalar level.
+//! See [`inverse`](crate::geometry::inverse) for those. They are rare, so this is compiled once, at the
+//! scalar level.
 
 use std::ops::ControlFlow;
 
-use super::trace_ray::{HitCollector, Rules};
-use super::{Filter, Hit};
+use super::Hit;
+use super::candidate::{Filter, QueryFilter};
+use super::collector::{DynamicCollector, HitCollector};
+use super::two_level::{Instance, Rules};
 use crate::geometry::inverse::LocalRay;
 use crate::geometry::slab::{ErrorBound, SafeRay};
 use crate::geometry::{Precision, Ray, WatertightRay};
 use crate::simd::Scalar;
-use crate::traverse::{DoublePrecisionRay, FrameBvh, MeshFrame, Tally, WideVisitor, walk_wide};
-use crate::wide::{InstanceRecord, WideLink};
+use crate::traverse::{DoublePrecisionRay, FrameBvh, MeshFrame, Tally, WideVisitor, Work, walk_wide};
+use crate::wide::WideLink;
 
 /// A ray in the space of one instance.
-pub(crate) struct RayInInstance<'a, F> {
+pub(crate) struct RayInInstance<'a> {
     local: Ray,
     /// The same, where it was entered in double precision.
     double: Option<LocalRay>,
     t_min: f32,
-    mesh: &'a MeshFrame,
-    instance: u32,
-    record: &'a InstanceRecord,
-    rules: Rules<F>,
+    instance: Instance<'a>,
+    rules: Rules<QueryFilter<'a>>,
 }
 
-impl<'a, F: Filter> RayInInstance<'a, F> {
+impl<'a> RayInInstance<'a> {
     /// `None` when the ray cannot hit anything there.
-    pub(crate) fn enter(world: &'a FrameBvh, ray: &Ray, instance: u32, rules: Rules<F>) -> Option<Self> {
-        let record = &world.instances[instance as usize];
-        if record.mask & rules.mask == 0 || !rules.filter.sees(instance) {
+    pub(crate) fn enter(
+        world: &'a FrameBvh,
+        ray: &Ray,
+        instance: u32,
+        rules: Rules<QueryFilter<'a>>,
+    ) -> Option<Self> {
+        let instance = Instance::of(world, instance);
+        let Instance { index, record, mesh } = instance;
+        if record.mask & rules.mask == 0 || !rules.filter.sees(index) {
             return None;
         }
-        let mesh = &*world.meshes[record.mesh as usize];
-        let double =
-            if record.in_double { Some(world.double(instance)?.enter(ray, &mesh.bvh.bounds())?) } else { None };
+        let double = if record.in_double { Some(world.double(index)?.enter(ray, &mesh.bvh.bounds())?) } else { None };
         let local = match &double {
             Some(double) => double.ray,
             None => record.enter(ray)?,
         };
-        Some(Self { local, double, t_min: ray.t_min, mesh, instance, record, rules })
+        Some(Self { local, double, t_min: ray.t_min, instance, rules })
     }
 
     pub(crate) fn mesh(&self) -> &'a MeshFrame {
-        self.mesh
+        self.instance.mesh
     }
 
-    pub(crate) fn sheared(&self) -> WatertightRay {
+    pub(crate) fn watertight(&self) -> WatertightRay {
         WatertightRay::new(&self.local)
     }
 
@@ -60,9 +64,9 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
     /// The hit of one triangle, if it counts.
     #[inline]
     pub(crate) fn hit(&self, watertight: &WatertightRay, primitive: u32, t_max: f32) -> Option<Hit> {
-        let triangle = self.mesh.triangles.get(primitive);
+        let triangle = self.instance.mesh.triangles.get(primitive);
         let local_t_max = self.local_t_max(t_max);
-        let mut hit = match self.mesh.precision {
+        let mut hit = match self.instance.mesh.precision {
             Precision::Watertight => watertight.hit(&triangle, self.local.t_min, local_t_max)?,
             Precision::Fast => watertight.hit_fast(&triangle, self.local.t_min, local_t_max)?,
         };
@@ -72,39 +76,42 @@ impl<'a, F: Filter> RayInInstance<'a, F> {
                 return None;
             }
         }
-        let counts = self.rules.count(&hit, primitive, self.instance, self.record);
-        counts.then(|| Hit::new(&hit, primitive, self.instance))
+        let counts = self.rules.count(&hit, primitive, &self.instance);
+        counts.then(|| Hit::new(&hit, primitive, self.instance.index))
     }
 }
 
-/// Goes through the tree of an instance that is entered in double precision.
+/// Walks the tree of an instance that is entered in double precision.
 #[cold]
 #[inline(never)]
-pub(super) fn enter<F: Filter, G: HitCollector, T: Tally>(
+pub(super) fn enter(
     world: &FrameBvh,
     ray: &Ray,
     instance: u32,
-    rules: Rules<F>,
-    collector: &mut G,
-    tally: &mut T,
+    rules: Rules<QueryFilter<'_>>,
+    collector: &mut DynamicCollector,
+    work: &mut Work,
 ) -> ControlFlow<()> {
     let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { return ControlFlow::Continue(()) };
-    let tree = ray.mesh.bvh.tree();
+    let tree = ray.mesh().bvh.tree();
     let safe = SafeRay::new(&ray.local, tree.around(), ErrorBound::TRIANGLES);
-    let mut visitor = OneByOne { watertight: ray.sheared(), ray: &ray, collector, done: ControlFlow::Continue(()) };
-    walk_wide(Scalar, tree, DoublePrecisionRay(&safe), &mut visitor, tally);
+    let mut visitor =
+        OneByOne { watertight: ray.watertight(), ray: &ray, collector, done: ControlFlow::Continue(()) };
+    walk_wide(Scalar, tree, DoublePrecisionRay(&safe), &mut visitor, work);
     visitor.done
 }
 
-struct OneByOne<'a, F, G> {
-    ray: &'a RayInInstance<'a, F>,
+struct OneByOne<'a> {
+    ray: &'a RayInInstance<'a>,
     watertight: WatertightRay,
-    collector: &'a mut G,
+    collector: &'a mut DynamicCollector,
     done: ControlFlow<()>,
 }
 
-impl<F: Filter, G: HitCollector, T: Tally> WideVisitor<Scalar, T> for OneByOne<'_, F, G> {
-    const ANY: bool = G::ANY;
+impl<T: Tally> WideVisitor<Scalar, T> for OneByOne<'_> {
+    fn wants_any(&self) -> bool {
+        self.collector.wants_any()
+    }
 
     fn t_max(&self) -> f32 {
         self.ray.local_t_max(self.collector.t_max())
@@ -112,7 +119,7 @@ impl<F: Filter, G: HitCollector, T: Tally> WideVisitor<Scalar, T> for OneByOne<'
 
     fn leaf(&mut self, _: Scalar, link: WideLink, tally: &mut T) -> ControlFlow<()> {
         for item in link.item_index()..link.item_index() + link.item_count() {
-            let block = self.ray.mesh.bvh.block(item);
+            let block = self.ray.mesh().bvh.block(item);
             tally.block(block.count);
             for &primitive in &block.primitives[..block.count as usize] {
                 if let Some(hit) = self.ray.hit(&self.watertight, primitive, self.collector.t_max()) {

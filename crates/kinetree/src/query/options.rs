@@ -1,12 +1,13 @@
 //! What belongs to a question besides the ray.
 
-use super::candidate::DynFilter;
-use super::trace_ray::{HitCollector, Rules, trace_ray};
+use super::candidate::{DynFilter, NoFilter, QueryFilter};
+use super::collector::{DynamicCollector, Wanted};
+use super::two_level::Rules;
 use super::without::Without;
-use super::{AllHits, AskFilter, Candidate, Closest, Filter, Hit, NoFilter, Occluded, batch, brute_force};
+use super::{Candidate, Hit, batch, brute_force, trace_ray};
 use crate::geometry::Ray;
 use crate::handle::Placed;
-use crate::traverse::{FrameBvh, Tally, Work};
+use crate::traverse::{FrameBvh, Work};
 
 /// Which sides of triangles do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -115,35 +116,38 @@ impl<'a> Query<'a> {
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.trace::<Closest, _>(ray, &mut ())
+        if self.has_filter(1) {
+            return self.closest_hit_counted(ray, &mut Work::default());
+        }
+        trace_ray::closest(self.world, ray, self.rules_without_filter())
     }
 
-    /// The same, and how much work it was.
+    /// As [`Query::closest_hit`], and adds to `work` what it took.
     pub fn closest_hit_counted(&self, ray: &Ray, work: &mut Work) -> Option<Hit> {
-        self.trace::<Closest, _>(ray, work)
+        self.trace(ray, Wanted::Closest, work)?.hit(self.world.stamp)
     }
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.trace::<Occluded, _>(ray, &mut ())
+        if self.has_filter(1) {
+            return self.occluded_counted(ray, &mut Work::default());
+        }
+        trace_ray::occluded(self.world, ray, self.rules_without_filter())
     }
 
-    /// The same, and how much work it was.
+    /// As [`Query::occluded`], and adds to `work` what it took.
     pub fn occluded_counted(&self, ray: &Ray, work: &mut Work) -> bool {
-        self.trace::<Occluded, _>(ray, work)
+        self.trace(ray, Wanted::Any, work).is_some_and(|collector| collector.is_hit())
     }
 
-    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes the speed, never the hits.
-    /// [`Candidate::ray_index`] tells a filter which ray it is asked about.
+    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes
+    /// the speed, never the hits. [`Candidate::ray_index`] tells a filter which ray it is asked about.
     ///
     /// # Panics
     /// When there are not as many hits as rays, or as entries of [`Query::without_each`].
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
-        match self.asked(rays.len()) {
-            None => batch::closest_hits(self.world, rays, self.rules(NoFilter), hits, coherence),
-            Some(filter) => batch::closest_hits(self.world, rays, self.rules(filter), hits, coherence),
-        }
+        batch::closest_hits(self.world, rays, self.batch_rules(rays), hits, coherence);
     }
 
     /// Whether each ray hits anything, on the calling thread.
@@ -151,20 +155,17 @@ impl<'a> Query<'a> {
     /// # Panics
     /// When there are not as many answers as rays, or as entries of [`Query::without_each`].
     pub fn occluded_each(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-        match self.asked(rays.len()) {
-            None => batch::occluded_each(self.world, rays, self.rules(NoFilter), answers, coherence),
-            Some(filter) => batch::occluded_each(self.world, rays, self.rules(filter), answers, coherence),
-        }
+        batch::occluded_each(self.world, rays, self.batch_rules(rays), answers, coherence);
     }
 
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
-        self.trace::<AllHits, _>(ray, &mut ())
+        self.all_hits_counted(ray, &mut Work::default())
     }
 
-    /// The same, and how much work it was.
+    /// As [`Query::all_hits`], and adds to `work` what it took.
     pub fn all_hits_counted(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
-        self.trace::<AllHits, _>(ray, work)
+        self.trace(ray, Wanted::All, work).map_or_else(Vec::new, |collector| collector.all_hits(self.world.stamp))
     }
 
     /// The slow twin: the same questions, answered by looking at every triangle.
@@ -173,59 +174,61 @@ impl<'a> Query<'a> {
     }
 
     #[inline(always)]
-    fn rules<F: Filter>(&self, filter: F) -> Rules<F> {
-        Rules { mask: self.mask, cull: self.cull, filter }
+    fn rules_without_filter(&self) -> Rules<NoFilter> {
+        Rules { mask: self.mask, cull: self.cull, filter: NoFilter }
     }
 
-    /// The filter for so many rays, if there is anything to ask it.
+    fn rules(&self) -> Rules<QueryFilter<'a>> {
+        Rules { mask: self.mask, cull: self.cull, filter: QueryFilter::new(self.world, self.filter, self.without) }
+    }
+
+    /// The rules of a batch, and whether the filter may decide anything.
+    fn batch_rules(&self, rays: &[Ray]) -> (Rules<QueryFilter<'a>>, bool) {
+        (self.rules(), self.has_filter(rays.len()))
+    }
+
+    /// Whether there is a filter, or something to leave out, for so many rays.
+    ///
+    /// # Panics
+    /// When there are not as many entries of [`Query::without_each`].
     #[inline(always)]
-    fn asked(&self, rays: usize) -> Option<AskFilter<'a>> {
+    fn has_filter(&self, rays: usize) -> bool {
         if self.filter.is_none() && self.without.is_nothing() {
-            return None;
+            return false;
         }
         let entries = self.without.each_ray.map_or(rays, |each| each.len());
         assert_eq!(entries, rays, "one entry of `without_each` per ray");
-        Some(AskFilter::new(self.world, self.filter, self.without))
+        true
     }
 
-    #[inline(always)]
-    fn trace<G: HitCollector, T: Tally>(&self, ray: &Ray, tally: &mut T) -> G::Answer {
-        match self.asked(1) {
-            None => trace_ray::<_, G, T>(self.world, ray, self.rules(NoFilter), tally),
-            Some(filter) => trace_ray::<_, G, T>(self.world, ray, self.rules(filter), tally),
-        }
+    fn trace(&self, ray: &Ray, wanted: Wanted, work: &mut Work) -> Option<DynamicCollector> {
+        self.has_filter(1);
+        trace_ray::dynamic(self.world, ray, self.rules(), wanted, work)
     }
 }
 
-/// The questions of a [`Query`], answered without any tree. Slow, and short enough to be believed: for tests.
+/// The queries of a [`Query`], answered without any tree. Slow, and short enough to be believed: for tests.
 #[derive(Clone, Copy)]
 pub struct BruteForce<'a>(Query<'a>);
 
 impl BruteForce<'_> {
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let ray = ray.validated()?;
-        match self.0.asked(1) {
-            None => brute_force::closest(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => brute_force::closest(self.0.world, &ray, self.0.rules(filter)),
-        }
+        self.trace(ray, Wanted::Closest)?.hit(self.0.world.stamp)
     }
 
     /// Whether anything is hit.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let Some(ray) = ray.validated() else { return false };
-        match self.0.asked(1) {
-            None => brute_force::occluded(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => brute_force::occluded(self.0.world, &ray, self.0.rules(filter)),
-        }
+        self.trace(ray, Wanted::Any).is_some_and(|collector| collector.is_hit())
     }
 
     /// Every hit once, near to far.
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
-        let Some(ray) = ray.validated() else { return Vec::new() };
-        match self.0.asked(1) {
-            None => brute_force::all_hits(self.0.world, &ray, self.0.rules(NoFilter)),
-            Some(filter) => brute_force::all_hits(self.0.world, &ray, self.0.rules(filter)),
-        }
+        self.trace(ray, Wanted::All).map_or_else(Vec::new, |collector| collector.all_hits(self.0.world.stamp))
+    }
+
+    fn trace(&self, ray: &Ray, wanted: Wanted) -> Option<DynamicCollector> {
+        self.0.has_filter(1);
+        brute_force::trace(self.0.world, ray, self.0.rules(), wanted)
     }
 }

@@ -1,152 +1,160 @@
-//! A packet's way through both levels.
+//! A packet of rays through both levels: compiled once for each vector level.
 
-use super::packet_collector::PacketCollector;
-use super::trace_ray::Rules;
-use super::{Cull, Filter};
+use std::ops::ControlFlow;
+
+use super::Cull;
+use super::candidate::{Filter, QueryFilter};
+use super::packet_hits::PacketHits;
+use super::two_level::{EntersInstances, Instance, Rules, enter_instances};
 use crate::geometry::slab::ErrorBound;
 use crate::geometry::{Precision, Ray, TriangleHit, exact};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
-    Column, FrameBvh, Interval, MeshFrame, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket,
-    lanes_of, octants, walk_packet,
+    Column, FrameBvh, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket, lanes_of,
+    octants, walk_packet,
 };
-use crate::wide::{InstanceRecord, TriangleBlock, WideLink};
+use crate::wide::{TriangleBlock, WideLink};
 
-/// Answers a packet, and says which rays are still to be asked alone.
-pub(super) struct TracePacket<'a, F, G: PacketCollector, W> {
+/// Finds the hits of a packet. Returns which rays have to be traced alone.
+pub(super) struct TracePacket<'a> {
     pub(super) world: &'a FrameBvh,
     pub(super) rays: &'a [Ray],
-    pub(super) rules: Rules<F>,
-    /// Number of the first ray in its batch.
+    pub(super) rules: Rules<QueryFilter<'a>>,
+    /// Index of the first ray in its batch.
     pub(super) first: usize,
-    pub(super) answers: &'a mut [G::Answer],
-    pub(super) within: &'a W,
+    pub(super) hits: &'a mut PacketHits,
 }
 
-impl<F: Filter, G: PacketCollector, W: Fn(Column) -> G> Kernel for TracePacket<'_, F, G, W> {
+impl Kernel for TracePacket<'_> {
     type Output = u64;
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u64 {
         let (rays, set, t_max) = RayPacket::gather(isa, self.rays);
-        let collector = (self.within)(t_max);
-        let mut visitor = TopLevelVisitor {
-            world: self.world,
-            rays: &rays,
-            rules: self.rules,
-            first: self.first,
-            collector,
-            alone: 0,
-        };
-        if self.world.top.instances().len() == 1 {
+        self.hits.restart(t_max);
+        let Self { world, rules, first, hits, .. } = self;
+        let mut visitor = TopLevelVisitor { world, rays: &rays, rules, first, hits, alone: 0 };
+        if world.top.instances().len() == 1 {
             // The boxes in the root of its mesh say as much as its own.
             visitor.leaf(isa, WideLink::items(0..1), set);
         } else {
-            let bound = ErrorBound::instances(self.world.top.far());
-            let planes = PacketPlanes::new(isa, &rays, set, &self.world.top.bounds(), bound);
+            let bound = ErrorBound::instances(world.top.far());
+            let planes = PacketPlanes::new(isa, &rays, set, &world.top.bounds(), bound);
             visitor.alone = planes.in_double;
             for set in octants(set & !planes.in_double, rays.negative) {
                 let interval = Interval::new(isa, &rays, &planes, set);
-                walk_packet(isa, self.world.top.tree(), &rays, &planes, &interval, &mut visitor);
+                walk_packet(isa, world.top.tree(), &rays, &planes, &interval, &mut visitor);
             }
-        }
-        for (at, answer) in self.answers.iter_mut().enumerate() {
-            *answer = visitor.collector.answer(at, self.world.stamp);
         }
         visitor.alone
     }
 }
 
-pub(super) struct TopLevelVisitor<'a, F, G> {
+struct TopLevelVisitor<'a> {
     world: &'a FrameBvh,
-    pub(super) rays: &'a RayPacket,
-    rules: Rules<F>,
+    rays: &'a RayPacket,
+    rules: Rules<QueryFilter<'a>>,
     first: usize,
-    pub(super) collector: G,
-    /// Rays that only double precision does justice, somewhere.
-    pub(super) alone: u64,
+    hits: &'a mut PacketHits,
+    /// Rays that have to be traced alone, since somewhere they need double precision.
+    alone: u64,
 }
 
-impl<I: Isa, F: Filter, G: PacketCollector> PacketVisitor<I> for TopLevelVisitor<'_, F, G> {
-    const ANY: bool = G::ANY;
+impl<I: Isa> PacketVisitor<I> for TopLevelVisitor<'_> {
+    #[inline(always)]
+    fn wants_any(&self) -> bool {
+        self.hits.wants_any()
+    }
 
     #[inline(always)]
     fn t_max(&self) -> &Column {
-        self.collector.t_max()
+        self.hits.t_max()
     }
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
-        let items = link.item_index()..link.item_index() + link.item_count();
-        for &instance in &self.world.top.instances()[items] {
-            let record = &self.world.instances[instance as usize];
-            if record.mask & self.rules.mask == 0 {
-                continue;
-            }
-            let set = self.rules.filter.seeing(instance, self.first, set);
-            if F::ASKS && set == 0 {
-                continue;
-            }
-            if record.in_double {
-                self.alone |= set;
-                continue;
-            }
-            let counts = Counts { rules: self.rules, first: self.first, instance, record };
-            let mesh = &*self.world.meshes[record.mesh as usize];
-            let moved;
-            let (rays, set) = if record.identity {
-                (self.rays, set)
-            } else {
-                let (rays, valid) = self.rays.moved(isa, &record.object_from_world);
-                moved = rays;
-                (&moved, set & valid)
-            };
-            let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
-            self.alone |= planes.in_double;
-            let watertight = WatertightPacket::new(isa, rays);
-            let bottom_level = BottomLevelVisitor::<F, G, true> {
-                rays,
-                watertight: &watertight,
-                mesh,
-                counts,
-                collector: &mut self.collector,
-            };
-            let set = set & !planes.in_double;
-            match mesh.precision {
-                Precision::Watertight => bottom_level.walk(isa, &planes, set),
-                Precision::Fast => bottom_level.in_single_precision().walk(isa, &planes, set),
-            }
-        }
+        let _ = enter_instances(isa, self.world, link, self, set, &mut ());
         true
+    }
+}
+
+impl<'a, I: Isa> EntersInstances<'a, I, ()> for TopLevelVisitor<'a> {
+    type Set = u64;
+
+    #[inline(always)]
+    fn mask(&self) -> u32 {
+        self.rules.mask
+    }
+
+    #[inline(always)]
+    fn seeing(&self, instance: u32, set: u64) -> Option<u64> {
+        let set = self.rules.filter.seeing(instance, self.first, set);
+        (set != 0).then_some(set)
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, isa: I, instance: Instance<'a>, set: u64, (): &mut ()) -> ControlFlow<()> {
+        let Instance { record, mesh, .. } = instance;
+        let counts = Counts {
+            rules: self.rules,
+            first: self.first,
+            instance,
+            may_refuse: self.rules.filter.may_refuse(record),
+        };
+        let moved;
+        let (rays, set) = if record.identity {
+            (self.rays, set)
+        } else {
+            let (rays, valid) = self.rays.moved(isa, &record.object_from_world);
+            moved = rays;
+            (&moved, set & valid)
+        };
+        let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
+        self.alone |= planes.in_double;
+        let watertight = WatertightPacket::new(isa, rays);
+        let bottom_level =
+            BottomLevelVisitor::<true> { rays, watertight: &watertight, counts, hits: &mut *self.hits };
+        let set = set & !planes.in_double;
+        match mesh.precision {
+            Precision::Watertight => bottom_level.walk(isa, &planes, set),
+            Precision::Fast => bottom_level.in_single_precision().walk(isa, &planes, set),
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn enter_in_double(&mut self, _: u32, set: u64, (): &mut ()) -> ControlFlow<()> {
+        self.alone |= set;
+        ControlFlow::Continue(())
     }
 }
 
 /// So few rays are tested against four triangles at a time each, instead of sixteen against one.
 const FEW: u32 = 6;
 
-struct BottomLevelVisitor<'a, F, G, const WATERTIGHT: bool> {
+struct BottomLevelVisitor<'a, const WATERTIGHT: bool> {
     rays: &'a RayPacket,
     watertight: &'a WatertightPacket,
-    mesh: &'a MeshFrame,
-    counts: Counts<'a, F>,
-    collector: &'a mut G,
+    counts: Counts<'a>,
+    hits: &'a mut PacketHits,
 }
 
-impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisitor<I>
-    for BottomLevelVisitor<'_, F, G, WATERTIGHT>
-{
-    const ANY: bool = G::ANY;
+impl<I: Isa, const WATERTIGHT: bool> PacketVisitor<I> for BottomLevelVisitor<'_, WATERTIGHT> {
+    #[inline(always)]
+    fn wants_any(&self) -> bool {
+        self.hits.wants_any()
+    }
 
     #[inline(always)]
     fn t_max(&self) -> &Column {
-        self.collector.t_max()
+        self.hits.t_max()
     }
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool {
         let mut is_nearer = false;
         for item in link.item_index()..link.item_index() + link.item_count() {
-            let block = self.mesh.bvh.block(item);
+            let block = self.counts.instance.mesh.bvh.block(item);
             for along in 0..3 {
                 let set = set & self.watertight.along[along];
                 if set == 0 {
@@ -178,7 +186,7 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
                             axes,
                             (&corners, block.extents()[lane & 3]),
                             (row, lanes),
-                            self.collector.t_max(),
+                            self.hits.t_max(),
                         );
                         if hits.lanes | hits.ambiguous == 0 {
                             continue;
@@ -186,7 +194,7 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
                         is_nearer = true;
                         hits.lanes = self.counts.of(isa, row, &hits, primitive);
                         if hits.lanes != 0 {
-                            self.collector.take(isa, row, &hits, primitive, self.counts.instance);
+                            self.hits.collect(isa, row, &hits, primitive, self.counts.instance.index);
                         }
                         if hits.ambiguous != 0 {
                             self.test_exactly(row, hits.ambiguous, primitive);
@@ -199,17 +207,17 @@ impl<I: Isa, F: Filter, G: PacketCollector, const WATERTIGHT: bool> PacketVisito
     }
 }
 
-impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisitor<'a, F, G, WATERTIGHT> {
-    fn in_single_precision(self) -> BottomLevelVisitor<'a, F, G, false> {
-        let Self { rays, watertight, mesh, counts, collector } = self;
-        BottomLevelVisitor { rays, watertight, mesh, counts, collector }
+impl<'a, const WATERTIGHT: bool> BottomLevelVisitor<'a, WATERTIGHT> {
+    fn in_single_precision(self) -> BottomLevelVisitor<'a, false> {
+        let Self { rays, watertight, counts, hits } = self;
+        BottomLevelVisitor { rays, watertight, counts, hits }
     }
 
     #[inline(always)]
     fn walk<I: Isa>(mut self, isa: I, planes: &PacketPlanes, set: u64) {
         for set in octants(set, self.rays.negative) {
             let interval = Interval::new(isa, self.rays, planes, set);
-            walk_packet(isa, self.mesh.bvh.tree(), self.rays, planes, &interval, &mut self);
+            walk_packet(isa, self.counts.instance.mesh.bvh.tree(), self.rays, planes, &interval, &mut self);
         }
     }
 
@@ -224,7 +232,7 @@ impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisit
             let hits = self.watertight.alone::<I, WATERTIGHT>(isa, ray, &local, axes).hits(
                 isa,
                 block,
-                self.collector.t_max().get(ray),
+                self.hits.t_max().get(ray),
             );
             let mut mask = hits.mask;
             while mask != 0 {
@@ -233,7 +241,7 @@ impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisit
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
                 if hit.t.is_finite() && self.counts.one(ray, &hit, primitive) {
                     is_nearer = true;
-                    self.collector.take_one(ray, &hit, primitive, self.counts.instance);
+                    self.hits.collect_one(ray, &hit, primitive, self.counts.instance.index);
                 }
             }
         }
@@ -245,25 +253,26 @@ impl<'a, F: Filter, G: PacketCollector, const WATERTIGHT: bool> BottomLevelVisit
     fn test_exactly(&mut self, row: usize, lanes: u16, primitive: u32) {
         for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
             let local = self.rays.ray(ray);
-            let triangle = self.mesh.triangles.get(primitive);
-            let hit = exact::hit(&local, &triangle, local.t_min, self.collector.t_max().get(ray));
+            let triangle = self.counts.instance.mesh.triangles.get(primitive);
+            let hit = exact::hit(&local, &triangle, local.t_min, self.hits.t_max().get(ray));
             if let Some(hit) = hit.filter(|hit| self.counts.one(ray, hit, primitive)) {
-                self.collector.take_one(ray, &hit, primitive, self.counts.instance);
+                self.hits.collect_one(ray, &hit, primitive, self.counts.instance.index);
             }
         }
     }
 }
 
 /// Which hits of a packet on an instance count.
-pub(super) struct Counts<'a, F> {
-    rules: Rules<F>,
-    /// Number of the packet's first ray in its batch.
+struct Counts<'a> {
+    rules: Rules<QueryFilter<'a>>,
+    /// Index of the packet's first ray in its batch.
     first: usize,
-    pub(super) instance: u32,
-    pub(super) record: &'a InstanceRecord,
+    instance: Instance<'a>,
+    /// Whether the filter may refuse hits on the instance.
+    may_refuse: bool,
 }
 
-impl<F: Filter> Counts<'_, F> {
+impl Counts<'_> {
     /// The lanes of a row whose hits count.
     #[inline(always)]
     fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u16 {
@@ -272,7 +281,7 @@ impl<F: Filter> Counts<'_, F> {
             Cull::Back => hits.lanes & !hits.back,
             Cull::Front => hits.lanes & hits.back,
         };
-        if !F::ASKS || !self.rules.filter.asks_about(self.record) || lanes == 0 {
+        if !self.may_refuse || lanes == 0 {
             return lanes;
         }
         let [u, v] = hits.weights(isa);
@@ -293,18 +302,11 @@ impl<F: Filter> Counts<'_, F> {
     }
 
     /// Whether the hit of one ray of the packet counts.
-    pub(super) fn one(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
+    fn one(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
         self.rules.cull.keeps(hit) && self.is_accepted(ray, hit, primitive)
     }
 
     fn is_accepted(&self, ray: usize, hit: &TriangleHit, primitive: u32) -> bool {
-        let filter = self.rules.for_ray(self.first + ray).filter;
-        filter.accepts(hit, primitive, self.instance, self.record)
-    }
-}
-
-impl<F: Filter> Rules<F> {
-    pub(super) fn for_ray(self, number: usize) -> Self {
-        Self { filter: self.filter.for_ray(number as u32), ..self }
+        !self.may_refuse || self.rules.for_ray(self.first + ray).filter.accepts(hit, primitive, &self.instance)
     }
 }

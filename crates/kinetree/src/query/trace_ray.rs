@@ -1,96 +1,92 @@
-//! One way through both levels, whatever is asked: instances first, then the triangles of each.
+//! One ray through both levels.
+//!
+//! Two queries are compiled for each vector level: the closest hit and occlusion, without filter or
+//! counters. All others share a third kernel, which decides at run time what it keeps and which filter
+//! it calls; so do all queries at the scalar level. Rays for which single precision overflows, and
+//! instances that are entered in double precision, take paths that are compiled once.
 
-use std::marker::PhantomData;
-use std::mem::replace;
 use std::ops::ControlFlow;
 
-use super::{Cull, Filter, Hit, in_double};
+use super::candidate::{Filter, NoFilter, QueryFilter};
+use super::collector::{Closest, DynamicCollector, HitCollector, Occluded, Wanted};
+use super::two_level::{EntersInstances, Instance, Rules, enter_instances};
+use super::{Hit, in_double};
 use crate::geometry::slab::ErrorBound;
-use crate::geometry::{Aabb, Precision, Ray, SafeRay, TriangleHit};
+use crate::geometry::{Aabb, Precision, Ray, SafeRay};
 use crate::simd::{Isa, Kernel, Scalar};
 use crate::traverse::{
-    DoublePrecisionRay, FrameBvh, FrameStamp, MeshFrame, RayLanes, RayQuads, Tally, WatertightLanes, WideVisitor,
-    walk_wide,
+    DoublePrecisionRay, FrameBvh, RayLanes, RayQuads, Tally, WatertightLanes, WideVisitor, Work, walk_wide,
 };
-use crate::wide::{InstanceRecord, WideLink};
+use crate::wide::WideLink;
 
-/// What a question does with hits.
-pub(crate) trait HitCollector {
-    /// Whether any hit will do.
-    const ANY: bool;
-
-    /// What has been asked for; that of nothing when nothing can be hit.
-    type Answer: Default;
-
-    /// Nothing yet, of a ray that ends there.
-    fn within(t_max: f32) -> Self;
-
-    /// What has been gathered, in the frame of this stamp.
-    fn answer(self, stamp: FrameStamp) -> Self::Answer;
-
-    /// Hits beyond this do not matter (any more).
-    fn t_max(&self) -> f32;
-
-    /// A hit that counts. `Break` when no other is needed.
-    fn collect(&mut self, hit: Hit) -> ControlFlow<()>;
+/// The closest hit.
+pub(super) fn closest(world: &FrameBvh, ray: &Ray, rules: Rules<NoFilter>) -> Option<Hit> {
+    match world.level.run_vector(TraceRay::<_, Closest, _> { world, ray, rules, wanted: (), tally: &mut () }) {
+        // Stamped here and not in the kernel, which would hold the stamp throughout the walk.
+        Ok(hit) => Some(hit??.stamped(world.stamp)),
+        Err(_) => dynamic(world, ray, rules.to_dynamic(world), Wanted::Closest, &mut Work::default())?.hit(world.stamp),
+    }
 }
 
-/// Which hits count.
-#[derive(Clone, Copy)]
-pub(crate) struct Rules<F> {
-    pub(crate) mask: u32,
-    pub(crate) cull: Cull,
-    pub(crate) filter: F,
+/// Whether anything is hit.
+pub(super) fn occluded(world: &FrameBvh, ray: &Ray, rules: Rules<NoFilter>) -> bool {
+    match world.level.run_vector(TraceRay::<_, Occluded, _> { world, ray, rules, wanted: (), tally: &mut () }) {
+        Ok(is_hit) => is_hit == Some(true),
+        Err(_) => dynamic(world, ray, rules.to_dynamic(world), Wanted::Any, &mut Work::default())
+            .is_some_and(|collector| collector.is_hit()),
+    }
 }
 
-/// What is gathered of the hits of a ray, each of which is brought at least once, in no particular order.
-#[inline(always)]
-pub(super) fn trace_ray<F: Filter, G: HitCollector, T: Tally>(
+/// Any query, with or without a filter, and counted. `None` when the ray cannot hit anything.
+pub(super) fn dynamic(
     world: &FrameBvh,
     ray: &Ray,
-    rules: Rules<F>,
-    tally: &mut T,
-) -> G::Answer {
-    world.level.run(TraceRay::<F, G, T> { world, ray, rules, tally, collector: PhantomData })
+    rules: Rules<QueryFilter<'_>>,
+    wanted: Wanted,
+    work: &mut Work,
+) -> Option<DynamicCollector> {
+    world.level.run(TraceRay::<_, DynamicCollector, _> { world, ray, rules, wanted, tally: work })
 }
 
-struct TraceRay<'a, F, G, T> {
+struct TraceRay<'a, F, C: HitCollector, T> {
     world: &'a FrameBvh,
     ray: &'a Ray,
     rules: Rules<F>,
+    wanted: C::Wanted,
     tally: &'a mut T,
-    collector: PhantomData<G>,
 }
 
-impl<F: Filter, G: HitCollector, T: Tally> Kernel for TraceRay<'_, F, G, T> {
-    type Output = G::Answer;
+impl<'a, F: Filter + 'a, C: HitCollector, T: Tally> Kernel for TraceRay<'a, F, C, T> {
+    /// `None` when the ray cannot hit anything.
+    type Output = Option<C::Answer>;
 
     #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> G::Answer {
+    fn run<I: Isa>(self, isa: I) -> Option<C::Answer> {
         // The ray is read where it stands; only one whose bounds have to be mended first is copied.
         let mended;
         let ray = if self.ray.has_valid_range() {
             self.ray
         } else {
-            let Some(valid) = self.ray.validated() else { return G::Answer::default() };
-            mended = valid;
+            mended = self.ray.validated()?;
             &mended
         };
-        let mut collector = G::within(ray.t_max);
-        let visitor = TopLevelVisitor { world: self.world, ray, rules: self.rules, collector: &mut collector };
-        through_world(isa, visitor, self.tally);
-        collector.answer(self.world.stamp)
+        let mut collector = C::new(self.wanted, ray.t_max);
+        trace_top_level(isa, self.world, ray, self.rules, &mut collector, self.tally);
+        Some(collector.answer())
     }
 }
 
-/// Goes through the top level.
 #[inline(always)]
-fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
+fn trace_top_level<I: Isa, F: Filter, C: HitCollector, T: Tally>(
     isa: I,
-    mut visitor: TopLevelVisitor<'_, F, G>,
+    world: &FrameBvh,
+    ray: &Ray,
+    rules: Rules<F>,
+    collector: &mut C,
     tally: &mut T,
 ) {
-    let (top, ray) = (&visitor.world.top, visitor.ray);
+    let top = &world.top;
+    let mut visitor = TopLevelVisitor { world, ray, rules, collector };
     if top.instances().len() == 1 {
         // The boxes in the root of its mesh say as much as its own.
         let _ = visitor.leaf(isa, WideLink::items(0..1), tally);
@@ -102,8 +98,8 @@ fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
         Some(lanes) => lanes,
         None => match safe(ray, tree.around(), bound) {
             Some(safe) if safe.needs_double_precision() => {
-                return with_spilled_state(visitor.collector, |collector| {
-                    in_double_precision(TopLevelVisitor { collector, ..visitor }, &safe, tally)
+                return on_rare_path(visitor.collector, tally, |collector, work| {
+                    trace_top_level_in_double(world, ray, rules.to_dynamic(world), &safe, collector, work);
                 });
             }
             Some(safe) => RayLanes::of(isa, &quads, &safe),
@@ -113,16 +109,22 @@ fn through_world<I: Isa, F: Filter, G: HitCollector, T: Tally>(
     walk_wide(isa, tree, lanes, &mut visitor, tally);
 }
 
-/// Does something rare to what is gathered, while it stands elsewhere: otherwise it could not stay in registers.
+/// Runs one of the paths that are compiled once, on a copy of the collector in memory, so that the
+/// collector itself can stay in registers elsewhere.
 #[inline(always)]
-fn with_spilled_state<G: HitCollector, R>(collector: &mut G, work: impl FnOnce(&mut G) -> R) -> R {
-    let mut elsewhere = replace(collector, G::within(0.0));
-    let out = work(&mut elsewhere);
-    *collector = elsewhere;
-    out
+fn on_rare_path<C: HitCollector, T: Tally, R>(
+    collector: &mut C,
+    tally: &mut T,
+    path: impl FnOnce(&mut DynamicCollector, &mut Work) -> R,
+) -> R {
+    let mut dynamic = collector.to_dynamic();
+    let mut ignored = Work::default();
+    let result = path(&mut dynamic, tally.work().unwrap_or(&mut ignored));
+    collector.update_from(dynamic);
+    result
 }
 
-/// The long way to a ray that is ready for boxes; `None` when nothing can be hit.
+/// A ray that is ready for boxes, prepared without vector instructions; `None` when nothing can be hit.
 #[cold]
 #[inline(never)]
 fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
@@ -131,23 +133,30 @@ fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
 
 #[cold]
 #[inline(never)]
-fn in_double_precision<F: Filter, G: HitCollector, T: Tally>(
-    mut visitor: TopLevelVisitor<'_, F, G>,
+fn trace_top_level_in_double(
+    world: &FrameBvh,
+    ray: &Ray,
+    rules: Rules<QueryFilter<'_>>,
     safe: &SafeRay,
-    tally: &mut T,
+    collector: &mut DynamicCollector,
+    work: &mut Work,
 ) {
-    walk_wide(Scalar, visitor.world.top.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
+    let mut visitor = TopLevelVisitor { world, ray, rules, collector };
+    walk_wide(Scalar, world.top.tree(), DoublePrecisionRay(safe), &mut visitor, work);
 }
 
-struct TopLevelVisitor<'a, F, G> {
+struct TopLevelVisitor<'a, F, C> {
     world: &'a FrameBvh,
     ray: &'a Ray,
     rules: Rules<F>,
-    collector: &'a mut G,
+    collector: &'a mut C,
 }
 
-impl<I: Isa, F: Filter, G: HitCollector, T: Tally> WideVisitor<I, T> for TopLevelVisitor<'_, F, G> {
-    const ANY: bool = G::ANY;
+impl<I: Isa, F: Filter, C: HitCollector, T: Tally> WideVisitor<I, T> for TopLevelVisitor<'_, F, C> {
+    #[inline(always)]
+    fn wants_any(&self) -> bool {
+        self.collector.wants_any()
+    }
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
@@ -156,62 +165,74 @@ impl<I: Isa, F: Filter, G: HitCollector, T: Tally> WideVisitor<I, T> for TopLeve
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
-        let items = link.item_index()..link.item_index() + link.item_count();
-        for &instance in &self.world.top.instances()[items] {
-            let record = &self.world.instances[instance as usize];
-            if record.mask & self.rules.mask == 0 || !self.rules.filter.sees(instance) {
-                continue;
-            }
-            tally.instance();
-            if record.in_double {
-                let (world, ray, rules) = (self.world, self.ray, self.rules);
-                with_spilled_state(self.collector, |collector| {
-                    in_double::enter(world, ray, instance, rules, collector, tally)
-                })?;
-                continue;
-            }
-            match self.world.meshes[record.mesh as usize].precision {
-                Precision::Watertight => self.enter::<I, T, true>(isa, instance, record, tally)?,
-                Precision::Fast => self.enter::<I, T, false>(isa, instance, record, tally)?,
-            }
-        }
-        ControlFlow::Continue(())
+        enter_instances(isa, self.world, link, self, (), tally)
     }
 }
 
-impl<F: Filter, G: HitCollector> TopLevelVisitor<'_, F, G> {
-    /// Goes through the tree of the mesh that stands there.
+impl<'a, I: Isa, F: Filter, C: HitCollector, T: Tally> EntersInstances<'a, I, T> for TopLevelVisitor<'a, F, C> {
+    type Set = ();
+
     #[inline(always)]
-    fn enter<I: Isa, T: Tally, const WATERTIGHT: bool>(
+    fn mask(&self) -> u32 {
+        self.rules.mask
+    }
+
+    #[inline(always)]
+    fn seeing(&self, instance: u32, (): ()) -> Option<()> {
+        self.rules.filter.sees(instance).then_some(())
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, isa: I, instance: Instance<'a>, (): (), tally: &mut T) -> ControlFlow<()> {
+        match instance.mesh.precision {
+            Precision::Watertight => self.enter_mesh::<I, T, true>(isa, instance, tally),
+            Precision::Fast => self.enter_mesh::<I, T, false>(isa, instance, tally),
+        }
+    }
+
+    #[inline(always)]
+    fn enter_in_double(&mut self, instance: u32, (): (), tally: &mut T) -> ControlFlow<()> {
+        let (world, ray, rules) = (self.world, self.ray, self.rules.to_dynamic(self.world));
+        on_rare_path(self.collector, tally, |collector, work| {
+            in_double::enter(world, ray, instance, rules, collector, work)
+        })
+    }
+}
+
+impl<F: Filter, C: HitCollector> TopLevelVisitor<'_, F, C> {
+    /// Walks the tree of a mesh with the ray in the space of the instance.
+    #[inline(always)]
+    fn enter_mesh<I: Isa, T: Tally, const WATERTIGHT: bool>(
         &mut self,
         isa: I,
-        instance: u32,
-        record: &InstanceRecord,
+        instance: Instance<'_>,
         tally: &mut T,
     ) -> ControlFlow<()> {
+        let (record, mesh) = (instance.record, instance.mesh);
         let quads = if record.identity {
             RayQuads::new(isa, self.ray)
         } else {
             RayQuads::moved(isa, self.ray, &record.object_from_world)
         };
-        let mesh = &*self.world.meshes[record.mesh as usize];
-        let ray = RayInMesh { local: quads.ray(isa), mesh, instance, record, rules: self.rules };
+        let local = quads.ray(isa);
         let tree = mesh.bvh.tree();
-        let (lanes, watertight) = match RayLanes::new(isa, &quads, tree.around(), ErrorBound::BOX_TEST) {
-            Some(lanes) => (lanes, WatertightLanes::<I, WATERTIGHT>::in_range(isa, &quads, &ray.local)),
-            None => match safe(&ray.local, tree.around(), ErrorBound::TRIANGLES) {
+        let (lanes, triangles) = match RayLanes::new(isa, &quads, tree.around(), ErrorBound::BOX_TEST) {
+            Some(lanes) => (lanes, WatertightLanes::<I, WATERTIGHT>::in_range(isa, &quads, &local)),
+            None => match safe(&local, tree.around(), ErrorBound::TRIANGLES) {
                 Some(safe) if safe.needs_double_precision() => {
-                    return with_spilled_state(self.collector, |collector| {
-                        ray.in_double_precision::<G, T, WATERTIGHT>(&safe, collector, tally)
+                    let rules = self.rules.to_dynamic(self.world);
+                    return on_rare_path(self.collector, tally, |collector, work| {
+                        enter_mesh_in_double::<WATERTIGHT>(&local, &safe, instance, rules, collector, work)
                     });
                 }
-                Some(safe) => (RayLanes::of(isa, &quads, &safe), WatertightLanes::new(isa, &ray.local)),
+                Some(safe) => (RayLanes::of(isa, &quads, &safe), WatertightLanes::new(isa, &local)),
                 None => return ControlFlow::Continue(()),
             },
         };
         let mut visitor = BottomLevelVisitor {
-            ray: &ray,
-            lanes: watertight,
+            instance,
+            rules: self.rules,
+            triangles,
             collector: &mut *self.collector,
             done: ControlFlow::Continue(()),
         };
@@ -220,17 +241,38 @@ impl<F: Filter, G: HitCollector> TopLevelVisitor<'_, F, G> {
     }
 }
 
-struct BottomLevelVisitor<'a, I: Isa, F, G, const WATERTIGHT: bool> {
-    ray: &'a RayInMesh<'a, F>,
-    lanes: WatertightLanes<'a, I, WATERTIGHT>,
-    collector: &'a mut G,
+#[cold]
+#[inline(never)]
+fn enter_mesh_in_double<const WATERTIGHT: bool>(
+    local: &Ray,
+    safe: &SafeRay,
+    instance: Instance<'_>,
+    rules: Rules<QueryFilter<'_>>,
+    collector: &mut DynamicCollector,
+    work: &mut Work,
+) -> ControlFlow<()> {
+    let triangles = WatertightLanes::<Scalar, WATERTIGHT>::new(Scalar, local);
+    let mut visitor = BottomLevelVisitor { instance, rules, triangles, collector, done: ControlFlow::Continue(()) };
+    walk_wide(Scalar, instance.mesh.bvh.tree(), DoublePrecisionRay(safe), &mut visitor, work);
+    visitor.done
+}
+
+/// A ray in the space of one instance, ready for triangles.
+struct BottomLevelVisitor<'a, I: Isa, F, C, const WATERTIGHT: bool> {
+    instance: Instance<'a>,
+    rules: Rules<F>,
+    triangles: WatertightLanes<'a, I, WATERTIGHT>,
+    collector: &'a mut C,
     done: ControlFlow<()>,
 }
 
-impl<I: Isa, F: Filter, G: HitCollector, T: Tally, const WATERTIGHT: bool> WideVisitor<I, T>
-    for BottomLevelVisitor<'_, I, F, G, WATERTIGHT>
+impl<I: Isa, F: Filter, C: HitCollector, T: Tally, const WATERTIGHT: bool> WideVisitor<I, T>
+    for BottomLevelVisitor<'_, I, F, C, WATERTIGHT>
 {
-    const ANY: bool = G::ANY;
+    #[inline(always)]
+    fn wants_any(&self) -> bool {
+        self.collector.wants_any()
+    }
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
@@ -240,69 +282,24 @@ impl<I: Isa, F: Filter, G: HitCollector, T: Tally, const WATERTIGHT: bool> WideV
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
         for item in link.item_index()..link.item_index() + link.item_count() {
-            let block = self.ray.mesh.bvh.block(item);
+            let block = self.instance.mesh.bvh.block(item);
             tally.block(block.count);
-            let hits = self.lanes.hits(isa, block, self.collector.t_max());
+            let hits = self.triangles.hits(isa, block, self.collector.t_max());
             let mut mask = hits.mask;
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize & 3;
                 mask &= mask - 1;
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
                 // Another lane may have come nearer meanwhile.
-                if hit.t.is_finite() && hit.t <= self.collector.t_max() && self.ray.counts(&hit, primitive) {
-                    self.done = self.collector.collect(Hit::new(&hit, primitive, self.ray.instance));
+                if hit.t.is_finite()
+                    && hit.t <= self.collector.t_max()
+                    && self.rules.count(&hit, primitive, &self.instance)
+                {
+                    self.done = self.collector.collect(Hit::new(&hit, primitive, self.instance.index));
                     self.done?;
                 }
             }
         }
         ControlFlow::Continue(())
-    }
-}
-
-/// A ray in the space of one instance, ready for triangles.
-pub(crate) struct RayInMesh<'a, F> {
-    local: Ray,
-    mesh: &'a MeshFrame,
-    instance: u32,
-    record: &'a InstanceRecord,
-    rules: Rules<F>,
-}
-
-impl<F: Filter> RayInMesh<'_, F> {
-    #[inline(always)]
-    fn counts(&self, hit: &TriangleHit, primitive: u32) -> bool {
-        self.rules.count(hit, primitive, self.instance, self.record)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn in_double_precision<G: HitCollector, T: Tally, const WATERTIGHT: bool>(
-        &self,
-        safe: &SafeRay,
-        collector: &mut G,
-        tally: &mut T,
-    ) -> ControlFlow<()> {
-        let lanes = WatertightLanes::<Scalar, WATERTIGHT>::new(Scalar, &self.local);
-        let mut visitor = BottomLevelVisitor { ray: self, lanes, collector, done: ControlFlow::Continue(()) };
-        walk_wide(Scalar, self.mesh.bvh.tree(), DoublePrecisionRay(safe), &mut visitor, tally);
-        visitor.done
-    }
-}
-
-impl<F: Filter> Rules<F> {
-    #[inline(always)]
-    pub(super) fn count(&self, hit: &TriangleHit, primitive: u32, instance: u32, record: &InstanceRecord) -> bool {
-        self.cull.keeps(hit) && self.filter.accepts(hit, primitive, instance, record)
-    }
-}
-
-impl Cull {
-    #[inline(always)]
-    pub(super) fn keeps(self, hit: &TriangleHit) -> bool {
-        match self {
-            Self::None => true,
-            Self::Back => !hit.back,
-            Self::Front => hit.back,
-        }
     }
 }

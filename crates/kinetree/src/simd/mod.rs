@@ -281,6 +281,35 @@ impl Level {
     }
 }
 
+impl Level {
+    /// Whether kernels run on vectors.
+    #[inline]
+    pub(crate) fn is_vector(self) -> bool {
+        !matches!(self.0, Kind::Scalar(_))
+    }
+
+    /// Runs a kernel that is compiled for vector levels only.
+    ///
+    /// # Errors
+    /// The level has no vectors.
+    #[inline]
+    pub(crate) fn run_vector<K: Kernel>(self, kernel: K) -> Result<K::Output, NoVectors> {
+        match self.0 {
+            Kind::Scalar(_) => Err(NoVectors),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2(isa) => Ok(isa.run(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512(isa) => Ok(isa.run(kernel)),
+            #[cfg(target_arch = "aarch64")]
+            Kind::Neon(isa) => Ok(isa.run(kernel)),
+        }
+    }
+}
+
+/// A kernel was not run, since it is compiled for vector levels only.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoVectors;
+
 impl fmt::Debug for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

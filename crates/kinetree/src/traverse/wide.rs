@@ -12,7 +12,7 @@ use crate::wide::{WideBvh, WideLink};
 /// A question that a walk is compiled for.
 pub(crate) trait WideVisitor<I: Isa, T: Tally> {
     /// Whether any hit will do: children are then visited in the order of their lanes.
-    const ANY: bool;
+    fn wants_any(&self) -> bool;
 
     /// Boxes that are entered beyond this do not matter (any more). Not negative.
     fn t_max(&self) -> f32;
@@ -40,7 +40,7 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
         tally.node();
         let (entry, exit) = boxes.enter(isa, node, limit);
         // The first is taken at once, the others wait.
-        let first = if V::ANY {
+        let first = if visitor.wants_any() {
             choose_in_order(isa, entry, exit, node.links(), &mut stack)
         } else {
             choose(isa, entry, exit, node.links(), &mut stack)

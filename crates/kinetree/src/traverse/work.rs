@@ -18,6 +18,10 @@ pub trait Tally {
     }
     /// An instance was entered.
     fn instance(&mut self) {}
+    /// The counters behind it, if there are any.
+    fn work(&mut self) -> Option<&mut Work> {
+        None
+    }
 }
 
 impl Tally for () {}
@@ -63,6 +67,11 @@ impl Tally for Work {
     #[inline]
     fn instance(&mut self) {
         self.instances += 1;
+    }
+
+    #[inline]
+    fn work(&mut self) -> Option<&mut Self> {
+        Some(self)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::wide::{LANES, WIDE_STACK, WideBvh, WideLink};
 /// A question that a walk is compiled for.
 pub(crate) trait PacketVisitor<I: Isa> {
     /// Whether any hit will do: children are then visited in the order of their lanes.
-    const ANY: bool;
+    fn wants_any(&self) -> bool;
 
     /// For each ray: boxes that are entered beyond this do not matter (any more). A ray that wants nothing has it before everything.
     fn t_max(&self) -> &Column;
@@ -61,7 +61,7 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
         let node = &nodes[at];
         path[place] = (at, set);
         let (entry, exit) = interval.enter(isa, node, farthest);
-        let mut next = if V::ANY {
+        let mut next = if visitor.wants_any() {
             choose_in_order(isa, entry, exit, &LANES_OF[place], &mut stack)
         } else {
             choose(isa, entry, exit, &LANES_OF[place], &mut stack)
