@@ -29,12 +29,7 @@ pub(crate) struct RayInInstance<'a> {
 
 impl<'a> RayInInstance<'a> {
     /// `None` when the ray cannot hit anything there.
-    pub(crate) fn enter(
-        world: &'a FrameBvh,
-        ray: &Ray,
-        instance: u32,
-        rules: Rules<QueryFilter<'a>>,
-    ) -> Option<Self> {
+    pub(crate) fn enter(world: &'a FrameBvh, ray: &Ray, instance: u32, rules: Rules<QueryFilter<'a>>) -> Option<Self> {
         let instance = Instance::of(world, instance);
         let Instance { index, record, mesh } = instance;
         if record.mask & rules.mask == 0 || !rules.filter.sees(index) {
@@ -95,8 +90,7 @@ pub(super) fn enter(
     let Some(ray) = RayInInstance::enter(world, ray, instance, rules) else { return ControlFlow::Continue(()) };
     let tree = ray.mesh().bvh.tree();
     let safe = SafeRay::new(&ray.local, tree.around(), ErrorBound::TRIANGLES);
-    let mut visitor =
-        OneByOne { watertight: ray.watertight(), ray: &ray, collector, done: ControlFlow::Continue(()) };
+    let mut visitor = OneByOne { watertight: ray.watertight(), ray: &ray, collector, done: ControlFlow::Continue(()) };
     walk_wide(Scalar, tree, DoublePrecisionRay(&safe), &mut visitor, work);
     visitor.done
 }

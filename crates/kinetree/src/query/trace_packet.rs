@@ -95,12 +95,8 @@ impl<'a, I: Isa> EntersInstances<'a, I, ()> for TopLevelVisitor<'a> {
     #[inline(always)]
     fn enter(&mut self, isa: I, instance: Instance<'a>, set: u64, (): &mut ()) -> ControlFlow<()> {
         let Instance { record, mesh, .. } = instance;
-        let counts = Counts {
-            rules: self.rules,
-            first: self.first,
-            instance,
-            may_refuse: self.rules.filter.may_refuse(record),
-        };
+        let counts =
+            Counts { rules: self.rules, first: self.first, instance, may_refuse: self.rules.filter.may_refuse(record) };
         let moved;
         let (rays, set) = if record.identity {
             (self.rays, set)
@@ -112,8 +108,7 @@ impl<'a, I: Isa> EntersInstances<'a, I, ()> for TopLevelVisitor<'a> {
         let planes = PacketPlanes::new(isa, rays, set, &mesh.bvh.bounds(), ErrorBound::TRIANGLES);
         self.alone |= planes.in_double;
         let watertight = WatertightPacket::new(isa, rays);
-        let bottom_level =
-            BottomLevelVisitor::<true> { rays, watertight: &watertight, counts, hits: &mut *self.hits };
+        let bottom_level = BottomLevelVisitor::<true> { rays, watertight: &watertight, counts, hits: &mut *self.hits };
         let set = set & !planes.in_double;
         match mesh.precision {
             Precision::Watertight => bottom_level.walk(isa, &planes, set),
