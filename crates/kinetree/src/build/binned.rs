@@ -1,6 +1,7 @@
 //! Top-down construction by the surface area heuristic, on a few planes per axis.
 //!
-//! Building costs a few passes over the references per level, and the trees are nearly as good as those of a full sweep, which small sets get.
+//! A build takes a few passes over the references per level, and the trees are nearly as good as
+//! those of a full sweep. Small sets are swept.
 //!
 //! Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies".
 
@@ -13,8 +14,8 @@ use crate::geometry::Aabb;
 use crate::threads::Threads;
 use crate::tree::Bvh;
 
-/// A tree over primitives 0, 1, ... below `count`, whose boxes `bounds_of` knows. Primitives with an empty box are left out. The same tree
-/// for any number of threads.
+/// Builds a tree over primitives 0 to `count - 1`, whose boxes `bounds_of` returns. Primitives with
+/// an empty box are left out. The tree does not depend on the number of threads.
 ///
 /// # Panics
 /// When there are more primitives than 2^27.
@@ -32,7 +33,7 @@ impl Chooser for Binned {
         let area = bounds.half_area();
         let as_leaf = area * references.len() as f32;
         match ObjectCut::best(references, &|count| count as f32, threads) {
-            Some(cut) if cut.cost + self.node_cost * area < as_leaf => cut.carry_out(references),
+            Some(cut) if cut.cost + self.node_cost * area < as_leaf => cut.apply(references),
             _ => Cut::Leaf,
         }
     }

@@ -1,20 +1,20 @@
-//! How a set of references is divided.
+//! The result of dividing a set of references, and the trait of the algorithms that choose it.
 
 use super::reference::{Reference, bounds_of};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
-/// What a chooser decides.
+/// What a [`Chooser`] does with a set of references.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Cut {
-    /// Not at all.
+    /// Makes a leaf.
     Leaf,
-    /// In two. The left side is the first references, as now ordered; the right side follows. When a plane has cut some references in two, there are more than
-    /// before.
+    /// Divides the set in two. The references have been reordered: the left side comes first, the
+    /// right side follows. There are more of them than before if a plane has split some.
     Sides([Side; 2]),
 }
 
-/// Some references, at least one.
+/// One side of a divided set: at least one reference.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Side {
     pub(crate) count: usize,
@@ -28,19 +28,20 @@ impl Side {
     }
 }
 
-/// Who decides.
+/// Chooses how to divide a set of references; implemented by binned and spatial splitting.
 pub(crate) trait Chooser: Sync {
-    /// Divides at least two references, whose box is `bounds`; may put them into another order.
+    /// Divides at least two references, whose box is `bounds`. May reorder them.
     fn choose(&self, references: &mut [Reference], bounds: &Aabb, threads: &Threads) -> Cut;
 
-    /// The same for the first `count`, when there is room behind them: references may be cut in two as long as all fit.
-    fn choose_with_room(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+    /// As [`Self::choose`], for the first `count` references. The slots after them are free:
+    /// references may be split as long as all fit.
+    fn choose_with_spare(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
         self.choose(&mut references[..count], bounds, threads)
     }
 }
 
-/// Half of the references on each side of the middle, along the axis on which their centres are spread most. For sets that a
-/// heuristic cannot divide, and for paths that have grown too long.
+/// Splits at the median, along the axis of the largest extent of the centres. For sets that a
+/// heuristic cannot divide, and for paths that are too long.
 pub(crate) fn median(references: &mut [Reference]) -> Cut {
     let spread = Aabb::from_points(references.iter().map(|reference| [0, 1, 2].map(|axis| reference.center(axis))));
     let axis = spread.largest_axis();

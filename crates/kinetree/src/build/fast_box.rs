@@ -1,11 +1,11 @@
-//! A box in vector registers, for the inner loops of the search.
+//! A box in vector registers, for the inner loops of builders.
 
 use glam::Vec3A;
 
 use super::reference::Reference;
 use crate::geometry::Aabb;
 
-/// An [`Aabb`] with room for a fourth lane, so that extending it is two instructions.
+/// An [`Aabb`] padded to four lanes per corner, so that extending it is two instructions.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FastBox {
     pub(crate) min: Vec3A,
@@ -47,7 +47,7 @@ impl FastBox {
         extent.x * extent.y + extent.y * extent.z + extent.z * extent.x
     }
 
-    /// Half the area of what both have in common.
+    /// Half the area of the intersection.
     #[inline(always)]
     pub(crate) fn common_area(&self, other: &Self) -> f32 {
         let common = self.intersection(other);

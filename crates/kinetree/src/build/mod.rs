@@ -1,7 +1,8 @@
-//! Growing trees: choosing a cut is one thing, carrying it out is another.
+//! Building binary trees.
 //!
-//! [`build_clustered()`] is for what is rebuilt every frame, [`build_binned()`] for what is built while the game runs,
-//! [`spatial()`] for what is built once and traced for long, [`agglomerate()`] for the top level, over the boxes of instances.
+//! [`build_clustered()`] is for trees that are rebuilt every frame, [`build_binned()`] for trees
+//! that are built while the game runs, [`build_spatial()`] for trees that are built once,
+//! [`agglomerate()`] for the top level, over the boxes of instances.
 
 mod agglomerate;
 mod binned;

@@ -1,8 +1,8 @@
-//! Where points stand along a space-filling curve.
+//! Morton codes: positions along a space-filling curve.
 //!
 //! A code interleaves the bits of the coordinates, so that neighbours along the curve are
-//! neighbours in space. The next bit always goes to the axis along which cells are longest by now:
-//! cells become cubes, and a flat or long scene spends no bits where it has no extent.
+//! neighbours in space. Each bit goes to the axis along which cells are longest at that level:
+//! cells become cubes, and a flat or long scene spends no bits on axes without extent.
 //!
 //! Morton 1966, "A Computer Oriented Geodetic Data Base"; the choice of axes after Vinkler, Bittner
 //! and Havran 2017, "Extended Morton Codes for High Performance Bounding Volume Hierarchy
@@ -10,23 +10,23 @@
 
 use crate::geometry::Aabb;
 
-/// Coordinates beyond this are finer than those of a point are.
+/// The most bits per axis: the precision of an `f32`.
 const AXIS_BITS: usize = 24;
 
-/// A curve through a box.
+/// The Morton curve of a box.
 pub(crate) struct Curve {
     start: [f32; 3],
     scale: [f32; 3],
     axes: [AxisBits; 3],
 }
 
-/// Which bits of a code the bits of a coordinate become.
+/// The bits of a code that hold the coordinate along one axis.
 #[derive(Clone, Copy, Default)]
 struct AxisBits {
-    /// How many bits a coordinate has.
+    /// The number of bits.
     count: usize,
-    /// The bit of the code for each of them, that of the largest cells first.
-    places: [u8; AXIS_BITS],
+    /// The bit position in the code of each of them, the most significant first.
+    positions: [u8; AXIS_BITS],
 }
 
 impl AxisBits {
@@ -34,15 +34,15 @@ impl AxisBits {
         (1 << self.count) - 1
     }
 
-    /// The bit of the code for a bit of the coordinate, counted from the lowest; nothing for those
-    /// that it does not have.
+    /// The code with only the given bit of the coordinate set, counted from the lowest; zero beyond
+    /// the last bit.
     fn deposit(&self, bit: usize) -> u64 {
-        if bit < self.count { 1 << self.places[self.count - 1 - bit] } else { 0 }
+        if bit < self.count { 1 << self.positions[self.count - 1 - bit] } else { 0 }
     }
 }
 
 impl Curve {
-    /// Through a box, with codes below 2^`bits`.
+    /// The curve of a box, with codes below 2^`bits`.
     pub(crate) fn through(bounds: &Aabb, bits: u32) -> Self {
         let extent = bounds.extent();
         let mut cell = extent;
@@ -51,15 +51,15 @@ impl Curve {
             let mut longest = None;
             for axis in 0..3 {
                 let may_have_more = cell[axis] > 0.0 && extent[axis].is_finite() && axes[axis].count < AXIS_BITS;
-                // Of equal axes, the first.
+                // The first of equal axes.
                 if may_have_more && longest.is_none_or(|longest: usize| cell[axis] > cell[longest]) {
                     longest = Some(axis);
                 }
             }
             let Some(axis) = longest else { break };
             cell[axis] *= 0.5;
-            let AxisBits { count, places } = &mut axes[axis];
-            places[*count] = bit as u8;
+            let AxisBits { count, positions } = &mut axes[axis];
+            positions[*count] = bit as u8;
             *count += 1;
         }
         let scale = [0, 1, 2].map(|axis| {
@@ -69,38 +69,39 @@ impl Curve {
         Self { start: bounds.min, scale, axes }
     }
 
-    /// The cell of a point along an axis. Points outside, and what is no number, are in some cell.
+    /// The cell of a point along an axis. Points outside the box are clamped; the conversion maps
+    /// NaN to 0.
     #[inline(always)]
     fn cell(&self, point: [f32; 3], axis: usize) -> u32 {
         (((point[axis] - self.start[axis]) * self.scale[axis]) as u32).min(self.axes[axis].last_cell())
     }
 
-    /// The code of a point, bit by bit: for a few points.
+    /// The code of a point, bit by bit: the faster way for a few points.
     pub(crate) fn code(&self, point: [f32; 3]) -> u64 {
         let mut code = 0;
         for axis in 0..3 {
             let mut cell = self.cell(point, axis);
-            let AxisBits { count, places } = &self.axes[axis];
-            for place in places[..*count].iter().rev() {
-                code |= u64::from(cell & 1) << place;
+            let AxisBits { count, positions } = &self.axes[axis];
+            for position in positions[..*count].iter().rev() {
+                code |= u64::from(cell & 1) << position;
                 cell >>= 1;
             }
         }
         code
     }
 
-    /// The same curve, for many points.
+    /// The same curve with lookup tables, for many points.
     pub(crate) fn tabled(self) -> TabledCurve {
         let deposit = [0, 1, 2].map(|axis| [0, 1, 2].map(|byte| deposits(&self.axes[axis], byte)));
         TabledCurve { curve: self, deposit }
     }
 }
 
-/// A curve that looks up its codes, a byte of a coordinate at a time. To fill the tables takes as
-/// long as the codes of some hundred points.
+/// A curve that looks up its codes, one byte of a coordinate at a time. Filling the tables takes as
+/// long as the codes of about a hundred points.
 pub(crate) struct TabledCurve {
     curve: Curve,
-    /// Which bits of the code each byte of a coordinate sets.
+    /// For each axis, byte and value of the byte, the bits of the code.
     deposit: [[[u64; 256]; 3]; 3],
 }
 
@@ -119,11 +120,11 @@ impl TabledCurve {
     }
 }
 
-/// For each value of a byte of a coordinate, the bits of the code that it sets.
+/// For each value of a byte of a coordinate, the bits of the code.
 fn deposits(axis: &AxisBits, byte: usize) -> [u64; 256] {
     let mut all = [0; 256];
     for value in 1..256_usize {
-        // What the other bits set is known.
+        // The code without the lowest set bit has been computed before.
         let lowest = value.trailing_zeros() as usize;
         all[value] = all[value & (value - 1)] | axis.deposit(8 * byte + lowest);
     }
@@ -155,8 +156,8 @@ mod tests {
 
     #[test]
     fn bits_go_where_the_cells_are_long() {
-        // Sixteen times as long as wide: four bits to the long axis, then both take turns; the flat
-        // axis gets none.
+        // Sixteen times as long as wide: the long axis gets four bits, then the axes alternate; the
+        // flat axis gets none.
         let curve = Curve::through(&Aabb::new([0.0, 5.0, 0.0], [1.0, 5.0, 16.0]), 8);
         assert_eq!(curve.code([0.0, 5.0, 15.5]) >> 4, 15);
         assert_eq!(curve.code([0.9, 5.0, 0.0]), 0b0000_1010);

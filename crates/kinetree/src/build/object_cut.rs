@@ -1,7 +1,8 @@
-//! The best way of sharing whole references out to two sides.
+//! Object splits: the best partition of a set of references, none of which is split.
 //!
-//! The centres of the references are sorted into equal bins along each axis, and cuts are tried between bins. Few references are swept: sorted along each axis,
-//! and every place between two of them is tried.
+//! The centres of the references are binned along each axis, and the planes between bins are
+//! candidates. Small sets are swept: sorted along each axis, and every partition of the sorted list
+//! is a candidate.
 //!
 //! Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies".
 
@@ -13,43 +14,45 @@ use super::reference::{GRAIN, Reference};
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 
-/// Sets up to this size are swept.
-const SWEPT: usize = 8;
+/// The largest set that is swept instead of binned.
+const MAX_SWEPT: usize = 8;
 
-/// A way of sharing out, and what it would cost.
+/// A partition and its cost.
 pub(super) struct ObjectCut {
-    /// Primitive tests of both sides, each times its area.
+    /// The sum over both sides of the number of primitive tests times the half area.
     pub(super) cost: f32,
-    /// The boxes around both sides.
+    /// The boxes of both sides.
     sides: [FastBox; 2],
-    place: Place,
+    boundary: Boundary,
 }
 
-enum Place {
-    /// As many on the left, as now ordered.
+enum Boundary {
+    /// The left side is this many references, in the order that `best` left.
     Sorted(usize),
-    /// Bins below this one are on the left.
+    /// The left side is the bins below this one.
     Bin { axis: usize, bin: usize, binning: Binning },
 }
 
 impl ObjectCut {
-    /// The cheapest, when so many primitives take `tests` of them; none if nothing divides the references. They may come out in another order.
+    /// The partition of least cost, where `tests` is the cost of testing a number of primitives.
+    /// `None` if the references cannot be divided. May reorder them.
     pub(super) fn best(references: &mut [Reference], tests: &impl Fn(u32) -> f32, threads: &Threads) -> Option<Self> {
-        if references.len() <= SWEPT { sweep(references, tests) } else { best_plane(references, tests, threads) }
+        if references.len() <= MAX_SWEPT { sweep(references, tests) } else { best_plane(references, tests, threads) }
     }
 
-    /// Area that both sides have in common.
+    /// The half area of the intersection of both sides.
     pub(super) fn overlap(&self) -> f32 {
         self.sides[0].common_area(&self.sides[1])
     }
 
-    /// Brings the left side to the front. The references stand as `best` has left them, or in another order if they are more than a few.
-    pub(super) fn carry_out(&self, references: &mut [Reference]) -> Cut {
-        let left = match &self.place {
-            Place::Sorted(left) => *left,
-            Place::Bin { axis, bin, binning } => {
-                let place = binning.along(*axis);
-                partition(references, |one| place.bin(one) < *bin)
+    /// Moves the left side to the front. Swept references must still be in the order that `best`
+    /// left; binned ones may have been reordered.
+    pub(super) fn apply(&self, references: &mut [Reference]) -> Cut {
+        let left = match &self.boundary {
+            Boundary::Sorted(left) => *left,
+            Boundary::Bin { axis, bin, binning } => {
+                let along = binning.along(*axis);
+                partition(references, |reference| along.bin(reference) < *bin)
             }
         };
         let counts = [left, references.len() - left];
@@ -57,11 +60,11 @@ impl ObjectCut {
     }
 }
 
-/// Tries every place between references sorted along each axis, and leaves them sorted along the best.
+/// Tries every partition along each axis, and leaves the references sorted along the best axis.
 fn sweep(references: &mut [Reference], tests: &impl Fn(u32) -> f32) -> Option<ObjectCut> {
     let count = references.len();
     let mut best: Option<(f32, usize, usize)> = None;
-    let mut above = [0.0; SWEPT];
+    let mut above = [0.0; MAX_SWEPT];
     for axis in 0..3 {
         sort(references, axis);
         let mut side = FastBox::EMPTY;
@@ -82,32 +85,33 @@ fn sweep(references: &mut [Reference], tests: &impl Fn(u32) -> f32) -> Option<Ob
     if axis != 2 {
         sort(references, axis);
     }
-    let around = |side: &[Reference]| side.iter().fold(FastBox::EMPTY, |all, one| all.union(&FastBox::of(one)));
-    let (here, there) = references.split_at(left);
-    Some(ObjectCut { cost, sides: [around(here), around(there)], place: Place::Sorted(left) })
+    let around =
+        |side: &[Reference]| side.iter().fold(FastBox::EMPTY, |all, reference| all.union(&FastBox::of(reference)));
+    let (left_side, right_side) = references.split_at(left);
+    Some(ObjectCut { cost, sides: [around(left_side), around(right_side)], boundary: Boundary::Sorted(left) })
 }
 
-/// By the middle along an axis, then by number.
+/// Insertion sort by centre along an axis, then by index.
 fn sort(references: &mut [Reference], axis: usize) {
     let before = |a: &Reference, b: &Reference| {
         let (x, y) = (a.bounds.min[axis] + a.bounds.max[axis], b.bounds.min[axis] + b.bounds.max[axis]);
         x < y || (x == y && a.id < b.id)
     };
     for i in 1..references.len() {
-        let one = references[i];
+        let reference = references[i];
         let mut at = i;
-        while at > 0 && before(&one, &references[at - 1]) {
+        while at > 0 && before(&reference, &references[at - 1]) {
             references[at] = references[at - 1];
             at -= 1;
         }
-        references[at] = one;
+        references[at] = reference;
     }
 }
 
-/// Most bins per axis.
-const MOST_BINS: usize = 32;
+/// The largest number of bins per axis.
+const MAX_BINS: usize = 32;
 
-/// Which bins a reference belongs to.
+/// Maps references to bins along all axes.
 struct Binning {
     start: Vec3A,
     scale: Vec3A,
@@ -116,66 +120,66 @@ struct Binning {
 
 impl Binning {
     fn over(references: &[Reference], threads: &Threads) -> Self {
-        let around = |piece: &[Reference]| {
-            piece.iter().fold(FastBox::EMPTY, |all, one| {
-                let middle = middle(one);
-                FastBox { min: all.min.min(middle), max: all.max.max(middle) }
+        let around = |slice: &[Reference]| {
+            slice.iter().fold(FastBox::EMPTY, |all, reference| {
+                let doubled_center = doubled_center(reference);
+                FastBox { min: all.min.min(doubled_center), max: all.max.max(doubled_center) }
             })
         };
-        let middles = threads.reduce(references, GRAIN, &around, &|a, b| a.union(&b));
+        let centers = threads.reduce(references, GRAIN, &around, &|a, b| a.union(&b));
         let count = match references.len() {
             0..=256 => 8,
             257..=4096 => 16,
-            _ => MOST_BINS,
+            _ => MAX_BINS,
         };
-        let scale = (count as f32 * (1.0 - 1e-6)) / (middles.max - middles.min);
-        // An axis without extent, or with an extent beyond all measure, puts all in one bin.
-        let usable = scale.is_finite_mask() & (middles.max - middles.min).is_finite_mask();
-        Self { start: middles.min, scale: Vec3A::select(usable, scale, Vec3A::ZERO), count }
+        let scale = (count as f32 * (1.0 - 1e-6)) / (centers.max - centers.min);
+        // An axis without extent, or whose extent overflows, has all references in one bin.
+        let usable = scale.is_finite_mask() & (centers.max - centers.min).is_finite_mask();
+        Self { start: centers.min, scale: Vec3A::select(usable, scale, Vec3A::ZERO), count }
     }
 
-    /// One bin per axis.
+    /// The bin along each axis.
     #[inline(always)]
     fn bins(&self, reference: &Reference) -> [usize; 3] {
-        // Adding one and a half times 2^23 rounds to a whole number, which then stands in the lowest bits.
-        let place = (middle(reference) - self.start) * self.scale + ROUNDS;
-        let most = self.count - 1;
-        place.to_array().map(|x| ((x.to_bits() & 63) as usize).min(most))
+        // Adding 1.5 * 2^23 rounds to an integer in the lowest bits of the sum.
+        let scaled = (doubled_center(reference) - self.start) * self.scale + ROUNDS;
+        let last = self.count - 1;
+        scaled.to_array().map(|x| ((x.to_bits() & 63) as usize).min(last))
     }
 
     fn along(&self, axis: usize) -> BinsAlong {
-        BinsAlong { axis, start: self.start[axis], scale: self.scale[axis], most: self.count - 1 }
+        BinsAlong { axis, start: self.start[axis], scale: self.scale[axis], last: self.count - 1 }
     }
 }
 
-/// One and a half times 2^23, less a half.
+/// 1.5 * 2^23 - 0.5, so that rounding to nearest becomes rounding down.
 const ROUNDS: f32 = 12_582_912.0 - 0.5;
 
-/// The bins along one axis only.
+/// Maps references to bins along one axis.
 struct BinsAlong {
     axis: usize,
     start: f32,
     scale: f32,
-    most: usize,
+    last: usize,
 }
 
 impl BinsAlong {
-    /// The same number as [`Binning::bins`] has for the axis.
+    /// The same bin as [`Binning::bins`] gives for the axis.
     #[inline(always)]
     fn bin(&self, reference: &Reference) -> usize {
-        let middle = reference.bounds.min[self.axis] + reference.bounds.max[self.axis];
-        let place = (middle - self.start) * self.scale + ROUNDS;
-        ((place.to_bits() & 63) as usize).min(self.most)
+        let doubled_center = reference.bounds.min[self.axis] + reference.bounds.max[self.axis];
+        let scaled = (doubled_center - self.start) * self.scale + ROUNDS;
+        ((scaled.to_bits() & 63) as usize).min(self.last)
     }
 }
 
-/// Twice the middle of a reference's box.
+/// Twice the centre of a reference's box.
 #[inline(always)]
-fn middle(reference: &Reference) -> Vec3A {
+fn doubled_center(reference: &Reference) -> Vec3A {
     Vec3A::from(reference.bounds.min) + Vec3A::from(reference.bounds.max)
 }
 
-/// A place between bins.
+/// A plane between bins.
 struct Cheapest {
     cost: f32,
     sides: [FastBox; 2],
@@ -183,50 +187,51 @@ struct Cheapest {
     bin: usize,
 }
 
-/// A box that is extended in one step: its lower end with the other sign, then its upper end, then two numbers that mean nothing.
-type Outward = [f32; 8];
+/// A box as eight lanes, so that one `max` extends it: the negated lower corner, the upper corner,
+/// and two unused lanes.
+type BoxLanes = [f32; 8];
 
-const NOTHING: Outward = [f32::NEG_INFINITY; 8];
+const EMPTY_LANES: BoxLanes = [f32::NEG_INFINITY; 8];
 
-/// The signs that are changed.
+/// Flips the signs of the lower corner.
 const LOWER_END: [u32; 8] = [1 << 31, 1 << 31, 1 << 31, 0, 0, 0, 0, 0];
 
 #[inline(always)]
-fn inward(lanes: &Outward) -> FastBox {
+fn box_of(lanes: &BoxLanes) -> FastBox {
     let [a, b, c, d, e, f, ..] = *lanes;
     FastBox { min: -Vec3A::new(a, b, c), max: Vec3A::new(d, e, f) }
 }
 
 #[derive(Clone, Copy)]
 struct Bins {
-    boxes: [[Outward; MOST_BINS]; 3],
-    counts: [[u32; MOST_BINS]; 3],
+    boxes: [[BoxLanes; MAX_BINS]; 3],
+    counts: [[u32; MAX_BINS]; 3],
 }
 
 impl Bins {
-    const EMPTY: Self = Self { boxes: [[NOTHING; MOST_BINS]; 3], counts: [[0; MOST_BINS]; 3] };
+    const EMPTY: Self = Self { boxes: [[EMPTY_LANES; MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] };
 
     #[inline(always)]
     fn clear(&mut self, count: usize) {
         for axis in 0..3 {
-            self.boxes[axis][..count].fill(NOTHING);
+            self.boxes[axis][..count].fill(EMPTY_LANES);
             self.counts[axis][..count].fill(0);
         }
     }
 
     #[inline(always)]
-    fn add<I: Isa>(&mut self, isa: I, binning: &Binning, one: &Reference) {
-        let bins = binning.bins(one);
-        let outward = isa.xor_sign(isa.load8(one.lanes()), &LOWER_END);
+    fn add<I: Isa>(&mut self, isa: I, binning: &Binning, reference: &Reference) {
+        let bins = binning.bins(reference);
+        let lanes = isa.xor_sign(isa.load8(reference.lanes()), &LOWER_END);
         for axis in 0..3 {
-            let bin = bins[axis] & (MOST_BINS - 1);
-            let place = &mut self.boxes[axis][bin];
-            *place = isa.store8(isa.max8(outward, isa.load8(place)));
+            let bin = bins[axis] & (MAX_BINS - 1);
+            let slot = &mut self.boxes[axis][bin];
+            *slot = isa.store8(isa.max8(lanes, isa.load8(slot)));
             self.counts[axis][bin] += 1;
         }
     }
 
-    /// The cheapest place that divides all the references, `total` of them.
+    /// The plane of least cost that divides the `total` references.
     fn cheapest(&self, count: usize, total: usize, tests: &impl Fn(u32) -> f32) -> Option<Cheapest> {
         let mut best: Option<Cheapest> = None;
         for axis in 0..3 {
@@ -234,17 +239,17 @@ impl Bins {
             if counts[..count].iter().any(|&bin| bin as usize == total) {
                 continue;
             }
-            // From above: what each plane leaves on its upper side.
-            let mut above = [(FastBox::EMPTY, 0.0); MOST_BINS];
+            // From the last bin down: the box and cost above each plane.
+            let mut above = [(FastBox::EMPTY, 0.0); MAX_BINS];
             let (mut side, mut number) = (FastBox::EMPTY, 0);
             for bin in (1..count).rev() {
-                side = side.union(&inward(&boxes[bin]));
+                side = side.union(&box_of(&boxes[bin]));
                 number += counts[bin];
                 above[bin] = (side, side.half_area() * tests(number));
             }
             let (mut side, mut number) = (FastBox::EMPTY, 0);
             for bin in 1..count {
-                side = side.union(&inward(&boxes[bin - 1]));
+                side = side.union(&box_of(&boxes[bin - 1]));
                 number += counts[bin - 1];
                 let (other, cost_above) = &above[bin];
                 let cost = side.half_area() * tests(number) + cost_above;
@@ -269,13 +274,13 @@ impl Bins {
     }
 }
 
-/// The cheapest place between bins, if one divides the references.
+/// The plane between bins of least cost, if one divides the references.
 fn best_plane(references: &[Reference], tests: &impl Fn(u32) -> f32, threads: &Threads) -> Option<ObjectCut> {
     let binning = Binning::over(references, threads);
     let best = if references.len() > GRAIN {
-        let fill = |piece: &[Reference]| {
+        let fill = |slice: &[Reference]| {
             let mut bins = Box::new([Bins::EMPTY; 2]);
-            fill(piece, &binning, &mut bins);
+            fill(slice, &binning, &mut bins);
             bins
         };
         let merge = |mut one: Box<[Bins; 2]>, other: Box<[Bins; 2]>| {
@@ -290,16 +295,18 @@ fn best_plane(references: &[Reference], tests: &impl Fn(u32) -> f32, threads: &T
         })
     };
     let Cheapest { cost, sides, axis, bin } = best?;
-    Some(ObjectCut { cost, sides, place: Place::Bin { axis, bin, binning } })
+    Some(ObjectCut { cost, sides, boundary: Boundary::Bin { axis, bin, binning } })
 }
 
 thread_local! {
-    /// Bins of small sets, which are filled too often to be made anew. Only as many as are in use are cleared.
+    /// The bins of small sets, reused because initialising them takes long. Only those in use are
+    /// cleared.
     static SCRATCH: std::cell::RefCell<Box<[Bins; 2]>> =
         std::cell::RefCell::new(Box::new([Bins::EMPTY; 2]));
 }
 
-/// Fills the first of two sets of bins. Both are used in turn, so that neighbours that fall into the same bin need not wait for each other.
+/// Fills the first of two sets of bins. References alternate between the sets, so that successive
+/// ones in the same bin do not depend on each other.
 fn fill(references: &[Reference], binning: &Binning, bins: &mut [Bins; 2]) {
     Level::current().run(Fill { references, binning, bins });
 }
@@ -319,16 +326,17 @@ impl Kernel for Fill<'_> {
         bins.iter_mut().for_each(|bins| bins.clear(binning.count));
         let [even, odd] = bins;
         let (pairs, rest) = references.as_chunks::<2>();
-        for [one, other] in pairs {
-            even.add(isa, binning, one);
-            odd.add(isa, binning, other);
+        for [first, second] in pairs {
+            even.add(isa, binning, first);
+            odd.add(isa, binning, second);
         }
         rest.iter().for_each(|one| even.add(isa, binning, one));
         even.merge(odd, binning.count);
     }
 }
 
-/// Brings what belongs to the left to the front, and says how many that are. Swaps always, so that there is no branch to guess wrongly.
+/// Moves the references of the left side to the front and returns their number. Always swaps, to
+/// avoid a branch that would be mispredicted.
 fn partition(references: &mut [Reference], is_left: impl Fn(&Reference) -> bool) -> usize {
     let mut left = 0;
     for i in 0..references.len() {

@@ -1,4 +1,4 @@
-//! What a caller can choose about a build.
+//! The options of a build.
 
 use crate::threads::Threads;
 use crate::tree::Link;
@@ -6,23 +6,26 @@ use crate::tree::Link;
 /// How much build time to trade for traversal speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Quality {
-    /// For what is rebuilt every frame: clustering along a Morton curve, with leaves of a size of its own choice.
+    /// For trees that are rebuilt every frame: clustering along a Morton curve, starting from
+    /// leaves of several primitives.
     Fastest,
-    /// For what is built while the game runs: clustering, then reinsertion of the worst.
+    /// For trees that are built while the game runs: clustering, then reinsertion of the largest
+    /// nodes.
     #[default]
     Fast,
-    /// For what is built while a level loads: clustering, then more reinsertion.
+    /// For trees that are built while a level loads: clustering, then more reinsertion.
     Balanced,
-    /// For what is built once and traced for long: spatial splits, then reinsertion. Takes several times as long, and more memory where triangles are long and thin.
+    /// For trees that are built once: spatial splits, then reinsertion. Takes several times as
+    /// long, and more memory where triangles are long and thin.
     Best,
 }
 
 impl Quality {
-    /// How many there are.
+    /// The number of qualities.
     pub(crate) const COUNT: usize = Self::Best as usize + 1;
 }
 
-/// How a tree is grown. Each option acts on every tree that is built with it.
+/// How a tree is built.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct BuildOptions {
@@ -30,10 +33,10 @@ pub struct BuildOptions {
     pub quality: Quality,
     /// Where the build runs. The tree does not depend on it.
     pub threads: Threads,
-    /// Cost of visiting a node, in units of one primitive test. A larger one gives larger leaves.
-    /// Not for callers: the collapse into eight-way nodes decides anew what is a leaf.
+    /// The cost of visiting a node, relative to one primitive test. A larger cost gives larger
+    /// leaves. Private, because the collapse into eight-way nodes chooses the final leaves.
     pub(crate) node_cost: f32,
-    /// The most primitives in a leaf; at least 1, at most [`Link::MAX_COUNT`].
+    /// The largest number of primitives in a leaf, clamped to 1 to [`Link::MAX_COUNT`].
     pub(crate) max_leaf: u32,
 }
 
@@ -44,7 +47,7 @@ impl Default for BuildOptions {
 }
 
 impl BuildOptions {
-    /// For trees whose primitives are dear, such as instances: one in each leaf.
+    /// For trees whose primitives are costly, such as instances: one in each leaf.
     pub(crate) fn single() -> Self {
         Self { max_leaf: 1, ..Self::default() }
     }

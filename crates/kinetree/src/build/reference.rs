@@ -1,4 +1,4 @@
-//! What builders move around.
+//! References to primitives, which builders partition.
 
 use glam::Vec3A;
 
@@ -6,8 +6,8 @@ use crate::geometry::Aabb;
 use crate::memory::{ChunkWriter, fill_in_chunks, vec_in_large_pages};
 use crate::threads::Threads;
 
-/// A box, and the primitive it is the box of. Two whole vectors of four numbers: copies of less would be made of two that overlap, and whoever reads one back at once
-/// would wait for it (page 13 of the decisions).
+/// A primitive's index and box. The size is two whole 16-byte vectors: a copy of 28 bytes would use
+/// two overlapping stores, and a load right after it would miss store forwarding (decision 13).
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Reference {
@@ -24,7 +24,7 @@ impl Reference {
         Self { bounds, id, rest: 0 }
     }
 
-    /// The two ends of the box, and two numbers that mean nothing.
+    /// The corners of the box, and two unused lanes.
     #[inline(always)]
     pub(crate) fn lanes(&self) -> &[f32; 8] {
         bytemuck::cast_ref(self)
@@ -36,10 +36,11 @@ impl Reference {
     }
 }
 
-/// Pieces of this size are worth a thread.
+/// References per parallel task.
 pub(crate) const GRAIN: usize = 16 * 1024;
 
-/// References to primitives 0, 1, ... of known boxes, with room for `more`. Empty boxes are left out.
+/// References to primitives 0 to `count - 1`, with spare capacity for `more`. Primitives with an
+/// empty box are left out.
 pub(crate) fn references(
     count: usize,
     more: usize,
@@ -56,7 +57,7 @@ pub(crate) fn references(
     all
 }
 
-/// The box around references.
+/// The bounding box of references.
 pub(crate) fn bounds_of(references: &[Reference], threads: &Threads) -> Aabb {
     let around = |chunk: &[Reference]| {
         let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);

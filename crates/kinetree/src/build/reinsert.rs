@@ -1,12 +1,14 @@
-//! Repairing a finished tree: subtrees are taken out and put back where they cost least.
+//! Insertion-based optimization: subtrees are removed and reinserted where they cost least.
 //!
-//! A top-down builder decides high up what it can only know further down. So the largest nodes, which most rays meet, look for a better place: away from their
-//! sibling, and beside any other node of the tree. How much area a move saves follows from the boxes on the way up and down, and a search that cannot beat the best
-//! place so far is broken off. All searches of a batch look at the same tree, at the same time; then the moves are result, best first,
-//! except those that touch what an earlier one has changed.
+//! The largest nodes, which most rays visit, search for a better position: away from their sibling,
+//! and beside any other node of the tree. The area that a move saves follows from the boxes on the
+//! path up and down, and a branch-and-bound search prunes subtrees that cannot beat the best
+//! position so far. All searches of a batch read the same tree, in parallel; then the moves are
+//! applied, best first, except those that touch nodes which an earlier move has changed.
 //!
-//! Bittner, Hapala and Havran 2013, "Fast Insertion-Based Optimization of Bounding Volume Hierarchies"; in parallel after Meister and Bittner 2018, "Parallel
-//! Reinsertion for Bounding Volume Hierarchy Optimization".
+//! Bittner, Hapala and Havran 2013, "Fast Insertion-Based Optimization of Bounding Volume
+//! Hierarchies"; in parallel after Meister and Bittner 2018, "Parallel Reinsertion for Bounding
+//! Volume Hierarchy Optimization".
 
 use super::fast_box::FastBox;
 use super::reference::GRAIN;
@@ -15,14 +17,16 @@ use crate::memory::{vec_in_chunks, vec_in_large_pages};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
 
-/// Nodes are of the same size if their areas agree but for so many of the last bits: sign, exponent and seven bits are left.
+/// Nodes are of the same size class if their areas agree but for this many low bits: sign, exponent
+/// and seven bits of the mantissa are left.
 const CLASS_SHIFT: u32 = 16;
 
-/// Fewer searches than this are one thread's.
-const SEARCHES: usize = 64;
+/// Searches per parallel task.
+const SEARCH_GRAIN: usize = 64;
 
-/// The same primitives in the same leaves, under inner nodes with less area in all. Each batch moves at most that share of all nodes. The same tree for any
-/// number of threads.
+/// Reduces the total area of the inner nodes, keeping the leaves. `batches` holds, for each batch,
+/// the largest fraction of all nodes that may move. The result does not depend on the number of
+/// threads.
 pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     let finite = bvh.bounds().half_area().is_finite();
     if bvh.node_count() < 5 || !finite {
@@ -31,30 +35,30 @@ pub(crate) fn reinsert(bvh: Bvh, batches: &[f32], threads: &Threads) -> Bvh {
     let mut tree = ParentedTree::of(bvh);
     let mut undo = Vec::with_capacity(batches.len());
     threads.begin_stage(0.8, (tree.nodes.len() as f32 * batches.iter().sum::<f32>()) as usize);
-    for share in batches {
+    for fraction in batches {
         if threads.is_cancelled() {
             break;
         }
-        let moves = tree.search((tree.nodes.len() as f32 * share) as usize, threads);
-        let result = tree.carry_out(&moves);
+        let moves = tree.search((tree.nodes.len() as f32 * fraction) as usize, threads);
+        let result = tree.apply(&moves);
         let helps = result.saved > 0.0;
         undo.push(result.undo);
         if !helps {
-            tree.take_back(undo.pop().unwrap_or_default());
+            tree.roll_back(undo.pop().unwrap_or_default());
             break;
         }
     }
     loop {
-        match (tree.laid_out(), undo.pop()) {
+        match (tree.in_depth_first_order(), undo.pop()) {
             (Some((nodes, primitives)), _) => return Bvh::from_parts(nodes, primitives, tree.distinct),
-            (None, Some(before)) => tree.take_back(before),
+            (None, Some(before)) => tree.roll_back(before),
             (None, None) => unreachable!("the tree that was given keeps promise 6"),
         }
     }
 }
 
-/// A tree whose nodes stand in no order, but know their parents. Children are neighbours, the first
-/// with an odd number (promise 7 of [`Bvh`]).
+/// A tree whose nodes are in no particular order, with parent links. The two children of a node are
+/// adjacent, the first at an odd index (promise 7 of [`Bvh`]).
 struct ParentedTree {
     nodes: Vec<Node>,
     parents: Vec<u32>,
@@ -62,22 +66,23 @@ struct ParentedTree {
     distinct: u32,
 }
 
-/// Takes node `from` out and puts it beside node `to`.
+/// Removes node `from` and reinserts it as the sibling of node `to`.
 #[derive(Clone, Copy)]
 struct Move {
     from: u32,
     to: u32,
-    /// By how much the area of all inner nodes falls.
+    /// The decrease of the total half area of the inner nodes.
     gain: f32,
 }
 
-/// Looks for the best place for a node.
+/// The search for the best position of a node.
 struct Search<'a> {
     nodes: &'a [Node],
     bounds: FastBox,
     own_area: f32,
     best: Move,
-    /// First children that may have a better place below them, and what is gained where their parent does not grow any more.
+    /// Pairs of children to search, by the first child, with the gain if no box from their parent
+    /// on grows.
     open: Vec<(f32, u32)>,
 }
 
@@ -88,7 +93,7 @@ impl<'a> Search<'a> {
         Self { nodes: &tree.nodes, own_area: bounds.half_area(), bounds, best, open: Vec::with_capacity(64) }
     }
 
-    /// At a node and everywhere below, when `gain` is what has been gained above.
+    /// Searches the subtree of a node, where `gain` is the gain on the path above it.
     fn below(&mut self, at: u32, gain: f32) {
         if !self.may_beat(gain) {
             return;
@@ -98,12 +103,12 @@ impl<'a> Search<'a> {
         while let Some((gain, first)) = self.open.pop() {
             if self.may_beat(gain) {
                 let both = [self.beside(first, gain), self.beside(first + 1, gain)];
-                // The more promising one last, so that it comes next.
-                let [soon, later] = match both {
+                // The one with the larger gain goes on top of the stack.
+                let [next, later] = match both {
                     [Some(one), Some(other)] if one.0 < other.0 => [Some(other), Some(one)],
                     both => both,
                 };
-                for (gain, first) in later.into_iter().chain(soon) {
+                for (gain, first) in later.into_iter().chain(next) {
                     if self.may_beat(gain) {
                         self.open.push((gain, first));
                     }
@@ -112,38 +117,38 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether a place below can be better than the best, if no box has to grow for it.
+    /// Whether a position below can be better than the best so far, if no box target grows.
     #[inline(always)]
     fn may_beat(&self, gain: f32) -> bool {
         gain - self.own_area > self.best.gain
     }
 
-    /// Tries a place, and says what is to be searched below it.
+    /// Tries a position. Returns the entry for the children, if target are any.
     #[inline(always)]
     fn beside(&mut self, at: u32, gain: f32) -> Option<(f32, u32)> {
-        let there = &self.nodes[at as usize];
-        let bounds = FastBox::from(&there.bounds);
+        let target = &self.nodes[at as usize];
+        let bounds = FastBox::from(&target.bounds);
         let left = gain - bounds.union(&self.bounds).half_area();
         if left > self.best.gain {
             self.best = Move { to: at, gain: left, ..self.best };
         }
-        match there.link.target() {
-            // Further down, this node only grows.
+        match target.link.target() {
+            // For positions further down, this node only grows.
             Target::Node(first) => Some((left + bounds.half_area(), first)),
             Target::Primitives(_) => None,
         }
     }
 }
 
-/// What a batch has done.
+/// The result of a batch.
 struct BatchResult {
-    /// By how much the area of all inner nodes has fallen.
+    /// The decrease of the total half area of the inner nodes in this batch.
     saved: f64,
-    /// What was there before.
+    /// The nodes that were overwritten.
     undo: UndoLog,
 }
 
-/// Nodes as they were, in the order in which they were overwritten.
+/// The previous values of nodes, in the order in which they were overwritten.
 type UndoLog = Vec<(u32, Node)>;
 
 impl ParentedTree {
@@ -151,14 +156,14 @@ impl ParentedTree {
         let (nodes, primitives, distinct) = bvh.into_parts();
         let mut parents = vec_in_large_pages(nodes.len());
         parents.resize(nodes.len(), 0);
-        let mut loose = Self { nodes, parents, primitives, distinct };
-        for at in 0..loose.nodes.len() {
-            loose.adopt(at as u32);
+        let mut tree = Self { nodes, parents, primitives, distinct };
+        for at in 0..tree.nodes.len() {
+            tree.adopt(at as u32);
         }
-        loose
+        tree
     }
 
-    /// Tells the children of a node who their parent is.
+    /// Sets the parent links of the children of a node.
     #[inline]
     fn adopt(&mut self, parent: u32) {
         if let Target::Node(first) = self.nodes[parent as usize].link.target() {
@@ -177,34 +182,34 @@ impl ParentedTree {
         self.parents[node as usize]
     }
 
-    /// The other one of its pair: by promise 7, the first of a pair has an odd number.
+    /// The other child of the same parent: by promise 7, the first of a pair has an odd index.
     #[inline]
     fn sibling(&self, node: u32) -> u32 {
         ((node + 1) ^ 1) - 1
     }
 
-    /// The largest nodes, and where each would best go.
+    /// The best moves of the `count` largest nodes, best first.
     fn search(&self, count: usize, threads: &Threads) -> Vec<Move> {
         let mut moves: Vec<Move> =
             self.largest(count, threads).into_iter().map(|from| Move { from, to: 0, gain: 0.0 }).collect();
-        threads.for_each(&mut moves, SEARCHES, &|number, one| {
+        threads.for_each(&mut moves, SEARCH_GRAIN, &|number, candidate| {
             if threads.is_cancelled() {
                 return;
             }
-            if number % SEARCHES == 0 {
-                threads.advance(SEARCHES);
+            if number % SEARCH_GRAIN == 0 {
+                threads.advance(SEARCH_GRAIN);
             }
-            *one = self.best_move(one.from);
+            *candidate = self.best_move(candidate.from);
         });
-        moves.retain(|one| one.gain > 0.0);
+        moves.retain(|candidate| candidate.gain > 0.0);
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.from.cmp(&b.from)));
         moves
     }
 
-    /// The largest nodes but the root; of those as large as the last one, but for the last bits of its area, those with smaller numbers.
+    /// The largest nodes except the root; of the last size class, those with smaller indices.
     fn largest(&self, count: usize, threads: &Threads) -> Vec<u32> {
         let below_root = &self.nodes[1..];
-        // Areas are not negative, so their bits are in order.
+        // The bits of non-negative floats are ordered as the floats are.
         let class = |node: &Node| (node.bounds.half_area().abs().to_bits() >> CLASS_SHIFT) as u16;
         let (classes, _) = vec_in_chunks(below_root.len(), GRAIN, threads, &|first, chunk| {
             below_root[first..first + chunk.size()].iter().for_each(|node| chunk.push(class(node)));
@@ -232,7 +237,8 @@ impl ParentedTree {
     fn best_move(&self, from: u32) -> Move {
         let mut search = Search::of(self, from);
         let parent = self.parent(from);
-        // With the node gone its parent is not needed, and all further up shrink: `saved` is that area up to the pivot.
+        // Removing the node removes its parent and shrinks the other ancestors: `saved` is that
+        // area up to the pivot.
         let mut saved = self.bounds(parent).half_area();
         let mut sibling = self.sibling(from);
         let mut shrunk = *self.bounds(sibling);
@@ -253,35 +259,42 @@ impl ParentedTree {
         if best.to == self.sibling(from) { Move { from, to: 0, gain: 0.0 } } else { best }
     }
 
-    /// Makes the moves that do not touch what others have changed.
-    fn carry_out(&mut self, moves: &[Move]) -> BatchResult {
+    /// Applies the moves in order, except those that touch nodes which earlier moves have changed.
+    fn apply(&mut self, moves: &[Move]) -> BatchResult {
         let mut touched = vec![false; self.nodes.len()];
         let mut result = BatchResult { saved: 0.0, undo: Vec::new() };
-        for one in moves {
-            let around = [one.to, one.from, self.sibling(one.from), self.parent(one.to), self.parent(one.from)];
-            if around.iter().any(|&node| touched[node as usize]) {
+        for candidate in moves {
+            let involved = [
+                candidate.to,
+                candidate.from,
+                self.sibling(candidate.from),
+                self.parent(candidate.to),
+                self.parent(candidate.from),
+            ];
+            if involved.iter().any(|&node| touched[node as usize]) {
                 continue;
             }
-            around.iter().for_each(|&node| touched[node as usize] = true);
-            self.carry_out_one(one, &mut result);
+            involved.iter().for_each(|&node| touched[node as usize] = true);
+            self.apply_one(candidate, &mut result);
         }
         result
     }
 
-    fn carry_out_one(&mut self, one: &Move, result: &mut BatchResult) {
-        let (sibling, parent) = (self.sibling(one.from), self.parent(one.from));
-        let pair = one.from.min(sibling);
-        for node in [parent, one.to, sibling] {
+    fn apply_one(&mut self, candidate: &Move, result: &mut BatchResult) {
+        let (sibling, parent) = (self.sibling(candidate.from), self.parent(candidate.from));
+        let pair = candidate.from.min(sibling);
+        for node in [parent, candidate.to, sibling] {
             result.undo.push((node, self.nodes[node as usize]));
         }
-        // The parent goes, and a node as large as the target comes, before boxes are brought up to date.
-        result.saved += f64::from(self.bounds(parent).half_area()) - f64::from(self.bounds(one.to).half_area());
-        let (moved, stays) = (self.nodes[one.to as usize], self.nodes[sibling as usize]);
-        self.nodes[one.to as usize].link = Link::node(pair);
+        // Before boxes are refitted, the parent is removed and a node with the target's box is
+        // added.
+        result.saved += f64::from(self.bounds(parent).half_area()) - f64::from(self.bounds(candidate.to).half_area());
+        let (moved, kept) = (self.nodes[candidate.to as usize], self.nodes[sibling as usize]);
+        self.nodes[candidate.to as usize].link = Link::node(pair);
         self.nodes[sibling as usize] = moved;
-        self.nodes[parent as usize] = stays;
-        [one.to, sibling, parent].into_iter().for_each(|node| self.adopt(node));
-        for start in [one.to, parent] {
+        self.nodes[parent as usize] = kept;
+        [candidate.to, sibling, parent].into_iter().for_each(|node| self.adopt(node));
+        for start in [candidate.to, parent] {
             self.refit_from(start, result);
         }
     }
@@ -303,7 +316,7 @@ impl ParentedTree {
         }
     }
 
-    fn take_back(&mut self, undo: UndoLog) {
+    fn roll_back(&mut self, undo: UndoLog) {
         for &(node, before) in undo.iter().rev() {
             self.nodes[node as usize] = before;
         }
@@ -312,14 +325,15 @@ impl ParentedTree {
         }
     }
 
-    /// Depth first, as a builder would have laid it out: parents before children, primitives in the order of the leaves. Nothing if a path is too long.
-    fn laid_out(&self) -> Option<(Vec<Node>, Vec<u32>)> {
+    /// The nodes in depth-first order, as from a builder: parents before children, primitives in
+    /// the order of the leaves. `None` if a path is too long.
+    fn in_depth_first_order(&self) -> Option<(Vec<Node>, Vec<u32>)> {
         let mut nodes: Vec<Node> = vec_in_large_pages(self.nodes.len());
         let mut primitives = vec_in_large_pages(self.primitives.len());
         primitives.resize(self.primitives.len(), 0);
-        // What has not been placed yet.
+        // The part of `primitives` that is not written yet.
         let (mut start, mut end) = (0, primitives.len());
-        // From the side from which the tree was written, so that it is read in a row.
+        // In the direction in which the tree was written, so that it is read sequentially.
         let leftwards = self.was_written_leftwards();
         nodes.push(self.nodes[0]);
         let mut open = vec![(0_usize, 1_usize)];
@@ -332,14 +346,14 @@ impl ParentedTree {
                     let pair = nodes.len();
                     nodes.extend_from_slice(&self.nodes[first as usize..first as usize + 2]);
                     nodes[at].link = Link::node(pair as u32);
-                    let (soon, later) = if leftwards { (pair + 1, pair) } else { (pair, pair + 1) };
-                    open.extend([(later, depth + 1), (soon, depth + 1)]);
+                    let (next, later) = if leftwards { (pair + 1, pair) } else { (pair, pair + 1) };
+                    open.extend([(later, depth + 1), (next, depth + 1)]);
                 }
-                Target::Primitives(places) => {
-                    let count = places.len();
+                Target::Primitives(range) => {
+                    let count = range.len();
                     let first = if leftwards { end - count } else { start };
                     primitives[first..first + count]
-                        .copy_from_slice(&self.primitives[places.start as usize..places.end as usize]);
+                        .copy_from_slice(&self.primitives[range.start as usize..range.end as usize]);
                     nodes[at].link = Link::primitives(first as u32..(first + count) as u32);
                     if leftwards { end -= count } else { start += count }
                 }
@@ -348,7 +362,7 @@ impl ParentedTree {
         Some((nodes, primitives))
     }
 
-    /// Whether what is below the second child of the root stands before what is below the first.
+    /// Whether the subtree of the root's second child comes before that of the first.
     fn was_written_leftwards(&self) -> bool {
         let below = |node: u32| match self.nodes[node as usize].link.target() {
             Target::Node(first) => Some(first),

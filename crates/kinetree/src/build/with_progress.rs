@@ -1,11 +1,12 @@
-//! From triangles to the tree that rays walk, in one go, with somebody watching.
+//! Building the eight-way tree over triangles, with progress and cancellation.
 
 use super::{BuildOptions, build_triangles};
 use crate::build_progress::{BuildProgress, Cancelled};
 use crate::geometry::Triangles;
 use crate::wide::MeshBvh;
 
-/// The tree over all triangles that rays walk: [`build_triangles()`], collapsed. The tree is the same whether or not it is watched.
+/// Builds the eight-way tree over all triangles: [`build_triangles()`], collapsed. The tree does
+/// not depend on `progress`.
 ///
 /// ```
 /// use kinetree::build::{self, BuildOptions, BuildProgress};
@@ -26,7 +27,7 @@ use crate::wide::MeshBvh;
 /// ```
 ///
 /// # Errors
-/// The watch called it off, before it began or since.
+/// `progress` was cancelled.
 ///
 /// # Panics
 /// When there are more triangles than 2^27.

@@ -1,5 +1,6 @@
-//! Clustering along chains of best matches: from A to its best match B, to B's best match C, until two choose each
-//! other. Those are merged, and the chain before them still stands, so that about three searches go with each merge.
+//! Clustering along nearest-neighbour chains: from A to its best match B, to B's best match C,
+//! until two choose each other. Those are merged, and the chain before them stays valid, so that a
+//! merge takes about three searches.
 //!
 //! Walter et al. 2008; the chain is that of Benzécri 1982 and Juan 1982 for reducible distances.
 
@@ -9,17 +10,18 @@ use super::dendrogram::{Dendrogram, Pair};
 use super::search::Search;
 use crate::geometry::Aabb;
 
-/// Up to this many clusters, looking at each beats the index: for 1000 by a third, while from 1000 to 2000 as the
-/// limit builds of 2000 to 10,000 take the same time.
+/// Up to this many clusters, a linear search is faster than the index. Measured: by a third for
+/// 1000; limits from 1000 to 2000 give the same time for builds of 2000 to 10,000.
 pub(super) const LINEAR_UP_TO: usize = 1500;
 
-/// The merges of the naive search, in another order. Best matches are found by comparing every cluster when there
-/// are at most `linear_up_to`, which changes the work and nothing else.
+/// Makes the merges of the naive search, in another order. With at most `linear_up_to` clusters,
+/// best matches are found by a linear search, which changes the work but not the result.
 pub(super) fn best_match_chain(boxes: &[Aabb], linear_up_to: usize) -> (Dendrogram, ClusteringWork) {
     let mut dendrogram = Dendrogram::new(boxes.len());
     let mut search = Search::new(boxes, linear_up_to);
-    // Each link is a cluster, and the distance to the one before. Pairs of neighbours come ever earlier in the order
-    // of pairs, so no cluster is met twice and the chain ends.
+    // Each element is a cluster and the distance to the previous one. The pairs of successive
+    // clusters strictly decrease in the order of pairs, so no cluster occurs twice and the chain
+    // ends.
     let mut chain: Vec<Match> = Vec::new();
     let mut start = 0;
 

@@ -1,15 +1,15 @@
-//! The clusters that are alive, sixteen side by side, and the linear search among them.
+//! The clusters that are alive, in blocks of sixteen, and the linear search among them.
 
 use super::clamped;
 use crate::geometry::Aabb;
 
-/// How many clusters stand side by side in a block.
+/// Clusters per block.
 pub(super) const LANES: usize = 16;
 
-/// Stands for no leaf, where a block has a vacancy. Larger than every leaf, so it loses every tie.
-pub(super) const NOBODY: u32 = u32::MAX;
+/// The leaf of a vacant lane. Larger than every leaf, so it loses every tie.
+pub(super) const NO_LEAF: u32 = u32::MAX;
 
-/// The cluster that a best match is sought for.
+/// The cluster whose best match is searched for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
     /// Its box.
@@ -18,11 +18,11 @@ pub(super) struct Probe {
     pub(super) leaf: u32,
 }
 
-/// A partner for the cluster of a query.
+/// A partner for the probe.
 ///
-/// The pairs that a fixed cluster makes with two others are ordered, at equal distance, as the smallest leaves of
-/// those two are, on whichever side of the fixed one they lie. So the order of [`super::dendrogram::Pair`] comes
-/// down to these two fields.
+/// At equal distance, the pairs of a fixed cluster with two others are ordered as the smallest
+/// leaves of those two are, whether these are smaller or larger than the fixed one's. So these two
+/// fields give the order of [`super::dendrogram::Pair`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Match {
     /// Half area of the joint box.
@@ -32,16 +32,16 @@ pub(super) struct Match {
 }
 
 impl Match {
-    /// Loses to every partner there is.
-    pub(super) const NONE: Self = Self { distance: f32::INFINITY, leaf: NOBODY };
+    /// No partner: loses to every other match.
+    pub(super) const NONE: Self = Self { distance: f32::INFINITY, leaf: NO_LEAF };
 
-    /// Whether this partner comes before the other.
+    /// Whether this match comes before the other.
     pub(super) fn beats(&self, other: &Self) -> bool {
         self.key() < other.key()
     }
 
-    /// A number that is smaller for a better partner. The bits of floats that are neither negative (zeros included)
-    /// nor NaN are ordered as the floats are, and distances are such.
+    /// A number that is smaller for a better match. Distances are neither negative (zero included)
+    /// nor NaN, so their bits are ordered as the floats are.
     #[inline(always)]
     fn key(&self) -> u64 {
         u64::from(self.distance.to_bits()) << 32 | u64::from(self.leaf)
@@ -53,7 +53,7 @@ impl Match {
     }
 }
 
-/// Sixteen places for clusters, axis by axis.
+/// Sixteen lanes for clusters, as a structure of arrays.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Block {
@@ -63,9 +63,9 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// A vacancy is everywhere, so that its distance is as large as can be.
+    /// A vacant lane has an infinite box, so that its distance is infinite.
     const VACANT: Self =
-        Self { min: [[f32::NEG_INFINITY; LANES]; 3], max: [[f32::INFINITY; LANES]; 3], leaf: [NOBODY; LANES] };
+        Self { min: [[f32::NEG_INFINITY; LANES]; 3], max: [[f32::INFINITY; LANES]; 3], leaf: [NO_LEAF; LANES] };
 
     fn bounds(&self, lane: usize) -> Aabb {
         Aabb::new(self.min.map(|axis| axis[lane]), self.max.map(|axis| axis[lane]))
@@ -79,7 +79,8 @@ impl Block {
         self.leaf[lane] = leaf;
     }
 
-    /// What `distance` says of each cluster here: the same operations in the same order, sixteen at a step.
+    /// The `distance` of each cluster of the block: the same operations in the same order, sixteen
+    /// at a time.
     #[inline(always)]
     fn distances(&self, to: &Aabb) -> [f32; LANES] {
         let mut distances = [0.0; LANES];
@@ -92,7 +93,7 @@ impl Block {
         distances
     }
 
-    /// The better of `best` and the best match here.
+    /// Updates `best` with the best match in this block.
     #[inline(always)]
     fn scan(&self, probe: &Probe, best: &mut Match) {
         let distances = self.distances(&probe.bounds);
@@ -127,37 +128,38 @@ fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The clusters that are alive. Each has a place, which may change; its smallest leaf is its name.
+/// The clusters that are alive. Each has a slot, which may change, and is identified by its
+/// smallest leaf.
 #[derive(Debug)]
 pub(super) struct Clusters {
     blocks: Vec<Block>,
-    /// Places that are or were in use.
-    places: usize,
+    /// The number of slots, vacant ones included.
+    slots: usize,
     alive: usize,
-    /// Where the cluster with this smallest leaf is.
-    place_of: Vec<u32>,
+    /// For each leaf, the slot of the cluster whose smallest leaf it is.
+    slot_of: Vec<u32>,
 }
 
 impl Clusters {
-    /// Each box a cluster of its own, in the order given.
+    /// Makes each box a cluster, in the order given.
     pub(super) fn new(boxes: &[Aabb]) -> Self {
-        let mut clusters = Self { blocks: Vec::new(), places: 0, alive: 0, place_of: vec![NOBODY; boxes.len()] };
+        let mut clusters = Self { blocks: Vec::new(), slots: 0, alive: 0, slot_of: vec![NO_LEAF; boxes.len()] };
         clusters.refill((0u32..).zip(boxes.iter().map(clamped)));
         clusters
     }
 
-    /// Replaces all clusters by these, which then stand side by side without vacancies in this order.
+    /// Replaces all clusters by these, in this order and without vacancies.
     pub(super) fn refill(&mut self, clusters: impl Iterator<Item = (u32, Aabb)>) {
         self.blocks.clear();
-        self.places = 0;
+        self.slots = 0;
         for (leaf, bounds) in clusters {
-            if self.places.is_multiple_of(LANES) {
+            if self.slots.is_multiple_of(LANES) {
                 self.blocks.push(Block::VACANT);
             }
-            self.put(self.places, &bounds, leaf);
-            self.places += 1;
+            self.put(self.slots, &bounds, leaf);
+            self.slots += 1;
         }
-        self.alive = self.places;
+        self.alive = self.slots;
     }
 
     pub(super) fn alive(&self) -> usize {
@@ -168,61 +170,61 @@ impl Clusters {
         &self.blocks
     }
 
-    /// The clusters that are alive, as they stand.
+    /// The clusters that are alive, in the order of their slots.
     pub(super) fn iter(&self) -> impl Iterator<Item = (u32, Aabb)> + '_ {
         let lanes = self.blocks.iter().flat_map(|block| (0..LANES).map(move |lane| (block, lane)));
         lanes
-            .filter(|(block, lane)| block.leaf[*lane] != NOBODY)
+            .filter(|(block, lane)| block.leaf[*lane] != NO_LEAF)
             .map(|(block, lane)| (block.leaf[lane], block.bounds(lane)))
     }
 
-    /// Where a living cluster is.
-    pub(super) fn place(&self, leaf: u32) -> usize {
-        self.place_of[leaf as usize] as usize
+    /// The slot of a living cluster.
+    pub(super) fn slot(&self, leaf: u32) -> usize {
+        self.slot_of[leaf as usize] as usize
     }
 
     /// The box of a living cluster.
     pub(super) fn bounds(&self, leaf: u32) -> Aabb {
-        let place = self.place(leaf);
-        self.blocks[place / LANES].bounds(place % LANES)
+        let slot = self.slot(leaf);
+        self.blocks[slot / LANES].bounds(slot % LANES)
     }
 
-    /// Puts a cluster into a place, over what was there.
-    pub(super) fn put(&mut self, place: usize, bounds: &Aabb, leaf: u32) {
-        self.blocks[place / LANES].set(place % LANES, bounds, leaf);
-        self.place_of[leaf as usize] = place as u32;
+    /// Writes a cluster to a slot.
+    pub(super) fn put(&mut self, slot: usize, bounds: &Aabb, leaf: u32) {
+        self.blocks[slot / LANES].set(slot % LANES, bounds, leaf);
+        self.slot_of[leaf as usize] = slot as u32;
     }
 
-    /// Leaves a place vacant. The others stay where they are.
-    pub(super) fn vacate(&mut self, place: usize) {
+    /// Makes a slot vacant. The other clusters keep their slots.
+    pub(super) fn vacate(&mut self, slot: usize) {
         let everywhere = Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]);
-        self.blocks[place / LANES].set(place % LANES, &everywhere, NOBODY);
+        self.blocks[slot / LANES].set(slot % LANES, &everywhere, NO_LEAF);
         self.alive -= 1;
     }
 
-    /// Leaves a place vacant and moves the last cluster there; for use without vacancies.
-    pub(super) fn swap_remove(&mut self, place: usize) {
-        debug_assert_eq!(self.alive, self.places);
-        let last = self.places - 1;
+    /// Removes a cluster and moves the last one to its slot. There must be no vacant slots.
+    pub(super) fn swap_remove(&mut self, slot: usize) {
+        debug_assert_eq!(self.alive, self.slots);
+        let last = self.slots - 1;
         let (block, lane) = (&self.blocks[last / LANES], last % LANES);
         let (bounds, leaf) = (block.bounds(lane), block.leaf[lane]);
         self.vacate(last);
-        self.places = last;
-        if place != last {
-            self.put(place, &bounds, leaf);
+        self.slots = last;
+        if slot != last {
+            self.put(slot, &bounds, leaf);
         }
         if last.is_multiple_of(LANES) {
             self.blocks.pop();
         }
     }
 
-    /// The better of `best` and the best match in one block.
+    /// Updates `best` with the best match in one block.
     #[inline]
     pub(super) fn scan_block(&self, block: usize, probe: &Probe, best: &mut Match) {
         self.blocks[block].scan(probe, best);
     }
 
-    /// The better of `best` and the best match of all.
+    /// Updates `best` with the best match of all clusters.
     pub(super) fn scan_all(&self, probe: &Probe, best: &mut Match) {
         for block in &self.blocks {
             block.scan(probe, best);

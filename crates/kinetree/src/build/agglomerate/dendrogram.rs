@@ -1,25 +1,25 @@
-//! The merges that a clustering made, and the order that decides between equally good ones.
+//! The merges of a clustering, and the order that breaks ties.
 
 use std::cmp::Ordering;
 
 use crate::tree::Link;
 
-/// Two clusters that may be merged, or were. A cluster is known by the smallest number among its leaves, which no
-/// other cluster shares while it lives, and which does not depend on the order in which merges were made.
+/// Two clusters that may be merged, or were. A cluster is identified by its smallest leaf, which is
+/// unique among the living clusters and does not depend on the order of merges.
 ///
 /// Pairs are ordered by distance, then by the smaller leaf, then by the larger one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     /// Half area of the joint box; not NaN.
     pub(super) distance: f32,
-    /// Smallest leaf of the one cluster.
+    /// Smallest leaf of one cluster.
     pub(super) left: u32,
     /// Smallest leaf of the other, larger than `left`.
     pub(super) right: u32,
 }
 
 impl Pair {
-    /// The pair of two different clusters, named in any order.
+    /// The pair of two distinct clusters, given in any order.
     pub(super) fn new(distance: f32, a: u32, b: u32) -> Self {
         Self { distance, left: a.min(b), right: a.max(b) }
     }
@@ -46,28 +46,28 @@ impl PartialEq for Pair {
 
 impl Eq for Pair {}
 
-/// All merges of a clustering, `leaves - 1` of them unless there are no leaves. Merges come in the order they were
-/// made, so what is merged stands before the merge that uses it.
+/// All merges of a clustering, in the order in which they were made: `leaves - 1`, or none without
+/// leaves.
 #[derive(Clone, Debug)]
 pub(super) struct Dendrogram {
-    /// How many boxes there were.
+    /// The number of boxes.
     pub(super) leaves: usize,
-    /// Which clusters were merged.
+    /// The merged pairs.
     pub(super) merges: Vec<Pair>,
 }
 
 impl Dendrogram {
-    /// Nothing merged yet.
+    /// No merges yet.
     ///
     /// # Panics
-    /// When a tree over so many leaves would have more nodes than a link can number.
+    /// When a tree over this many leaves would have more nodes than a link can address.
     pub(super) fn new(leaves: usize) -> Self {
-        assert!(leaves <= Link::MAX_INDEX as usize / 2, "a tree has no room for {leaves} leaves");
+        assert!(leaves <= Link::MAX_INDEX as usize / 2, "{leaves} leaves are more than a tree can have");
         Self { leaves, merges: Vec::with_capacity(leaves.saturating_sub(1)) }
     }
 
-    /// The merges from small to large. Two clusterings that made the same merges give the same list, in whatever
-    /// order they made them.
+    /// The merges, sorted: the same list for two clusterings that made the same merges in different
+    /// orders.
     #[cfg(test)]
     pub(super) fn sorted(&self) -> Vec<Pair> {
         let mut merges = self.merges.clone();

@@ -1,46 +1,51 @@
-//! A tree over the clusters that are alive, which rules out most of them as a best match.
+//! A tree over the living clusters, which prunes most of them in a search for the best match.
 //!
-//! Clusters stand in blocks, sorted along a space-filling curve; very large ones stand after all others,
-//! since they would swell every entry above them. Over the blocks stand groups of eight, over those
-//! groups of eight groups, and so on. Each entry knows the union of the boxes below, their least extents, and the
-//! smallest leaf. A merge updates the entries above it; when half the clusters are gone the index is built anew.
+//! Clusters are sorted into blocks along a Morton curve; very large ones come last, since they
+//! would enlarge the boxes of all entries above them. Blocks are grouped by eight, groups again by
+//! eight, and so on. Each entry has the union of the boxes below, their smallest extents, and the
+//! smallest leaf. A merge updates the entries above it; when half the clusters are gone, the index
+//! is rebuilt.
 //!
-//! What is ruled out can neither be nearer than the best match so far nor win a tie, so the answer is that of looking
-//! at each cluster.
+//! A pruned cluster can neither be nearer than the best match so far nor win a tie, so the result
+//! is that of a linear search.
 
 use super::ClusteringWork;
-use super::clusters::{Block, Clusters, LANES, Match, NOBODY, Probe};
+use super::clusters::{Block, Clusters, LANES, Match, NO_LEAF, Probe};
 use crate::geometry::Aabb;
 
 /// Entries in a group.
 const WIDTH: usize = 8;
 
-/// What is known of a set of clusters.
+/// Bounds on a set of clusters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Summary {
     min: [f32; 3],
     max: [f32; 3],
-    /// Per axis, the extent of the box that is thinnest there.
-    least: [f32; 3],
-    /// The smallest leaf of all, [`NOBODY`] when no cluster is alive.
+    /// Per axis, the smallest extent of a box.
+    min_extent: [f32; 3],
+    /// The smallest leaf of all, [`NO_LEAF`] when no cluster is alive.
     first_leaf: u32,
 }
 
 impl Summary {
-    const NOTHING: Self =
-        Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3], least: [f32::INFINITY; 3], first_leaf: NOBODY };
+    const EMPTY: Self = Self {
+        min: [f32::INFINITY; 3],
+        max: [f32::NEG_INFINITY; 3],
+        min_extent: [f32::INFINITY; 3],
+        first_leaf: NO_LEAF,
+    };
 
     fn of_block(block: &Block) -> Self {
-        let mut summary = Self::NOTHING;
+        let mut summary = Self::EMPTY;
         for lane in 0..LANES {
-            if block.leaf[lane] == NOBODY {
+            if block.leaf[lane] == NO_LEAF {
                 continue;
             }
             for axis in 0..3 {
                 let (min, max) = (block.min[axis][lane], block.max[axis][lane]);
                 summary.min[axis] = summary.min[axis].min(min);
                 summary.max[axis] = summary.max[axis].max(max);
-                summary.least[axis] = summary.least[axis].min(max - min);
+                summary.min_extent[axis] = summary.min_extent[axis].min(max - min);
             }
             summary.first_leaf = summary.first_leaf.min(block.leaf[lane]);
         }
@@ -48,29 +53,29 @@ impl Summary {
     }
 }
 
-/// Eight summaries, side by side.
+/// Eight summaries, as a structure of arrays.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Group {
     min: [[f32; WIDTH]; 3],
     max: [[f32; WIDTH]; 3],
-    least: [[f32; WIDTH]; 3],
+    min_extent: [[f32; WIDTH]; 3],
     first_leaf: [u32; WIDTH],
 }
 
 impl Group {
-    const NOTHING: Self = Self {
+    const EMPTY: Self = Self {
         min: [[f32::INFINITY; WIDTH]; 3],
         max: [[f32::NEG_INFINITY; WIDTH]; 3],
-        least: [[f32::INFINITY; WIDTH]; 3],
-        first_leaf: [NOBODY; WIDTH],
+        min_extent: [[f32::INFINITY; WIDTH]; 3],
+        first_leaf: [NO_LEAF; WIDTH],
     };
 
     fn get(&self, entry: usize) -> Summary {
         Summary {
             min: self.min.map(|axis| axis[entry]),
             max: self.max.map(|axis| axis[entry]),
-            least: self.least.map(|axis| axis[entry]),
+            min_extent: self.min_extent.map(|axis| axis[entry]),
             first_leaf: self.first_leaf[entry],
         }
     }
@@ -79,33 +84,34 @@ impl Group {
         for axis in 0..3 {
             self.min[axis][entry] = summary.min[axis];
             self.max[axis][entry] = summary.max[axis];
-            self.least[axis][entry] = summary.least[axis];
+            self.min_extent[axis][entry] = summary.min_extent[axis];
         }
         self.first_leaf[entry] = summary.first_leaf;
     }
 
     fn summary(&self) -> Summary {
-        let mut summary = Summary::NOTHING;
+        let mut summary = Summary::EMPTY;
         for entry in 0..WIDTH {
             for axis in 0..3 {
                 summary.min[axis] = summary.min[axis].min(self.min[axis][entry]);
                 summary.max[axis] = summary.max[axis].max(self.max[axis][entry]);
-                summary.least[axis] = summary.least[axis].min(self.least[axis][entry]);
+                summary.min_extent[axis] = summary.min_extent[axis].min(self.min_extent[axis][entry]);
             }
             summary.first_leaf = summary.first_leaf.min(self.first_leaf[entry]);
         }
         summary
     }
 
-    /// For each entry, a distance that no cluster below comes under.
+    /// For each entry, a lower bound on the distances of the clusters below.
     ///
-    /// A joint box is at least as wide as the probe, and as the thinnest of the clusters; where there is a gap
-    /// between the probe and all of them, it spans probe, gap and cluster.
+    /// A joint box is at min_extent as wide as the probe and as the thinnest cluster; where there
+    /// is a gap between the probe and all clusters, it spans probe, gap and cluster.
     ///
-    /// Rounded down: an extent here is up to 4 units (of 2^-24) above the one that is bounded, which makes 8 in a
-    /// product; product and sums add 3 on either side, and the scaling itself 1. That is 15, and 16 are taken off.
-    /// Below the normal numbers units are no longer relative, so the smallest of them comes off too; and what
-    /// overflows here need not overflow there, hence `f32::MAX`.
+    /// Rounded down, in units of the roundoff 2^-24: an extent here is up to 4 units above the
+    /// exact bound, a product of two 8 units; the product and the sums add 3 on either side, and
+    /// the scaling 1. That is 15, and 16 are subtracted. The error of subnormal numbers is not
+    /// relative, so the smallest normal number is subtracted too; and an area may overflow here
+    /// although the distance does not, hence the clamp to `f32::MAX`.
     #[inline(always)]
     fn bounds(&self, probe: &Aabb) -> [f32; WIDTH] {
         const DOWN: f32 = 1.0 - 16.0 / (1 << 24) as f32;
@@ -113,12 +119,12 @@ impl Group {
         for entry in 0..WIDTH {
             let extent = |axis: usize| {
                 let own = probe.max[axis] - probe.min[axis];
-                let least = self.least[axis][entry];
+                let min_extent = self.min_extent[axis][entry];
                 let above = self.min[axis][entry] - probe.max[axis];
                 let below = probe.min[axis] - self.max[axis][entry];
                 let gap = if above > below { above } else { below };
-                let joint = if gap > 0.0 { own + gap + least } else { own };
-                let joint = if joint > least { joint } else { least };
+                let joint = if gap > 0.0 { own + gap + min_extent } else { own };
+                let joint = if joint > min_extent { joint } else { min_extent };
                 if joint < f32::MAX { joint } else { f32::MAX }
             };
             let (x, y, z) = (extent(0), extent(1), extent(2));
@@ -135,19 +141,20 @@ impl Group {
     }
 }
 
-/// Part of the index that a query has yet to look at.
+/// A part of the index that a search has not visited yet.
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     bound: f32,
     first_leaf: u32,
-    /// Zero for a block, otherwise one more than the level of the group.
+    /// Zero for a block, otherwise the level of the group plus one.
     height: u32,
-    /// Number of the block or group.
+    /// The index of the block or group.
     at: u32,
 }
 
 impl Pending {
-    /// Whether no cluster below can beat `best`: all are farther away, or none is nearer and ties go to `best`.
+    /// Whether no cluster below can beat `best`: all are farther, or none is nearer and all lose
+    /// ties.
     fn is_beaten(&self, best: &Match) -> bool {
         self.bound > best.distance || (self.bound == best.distance && self.first_leaf > best.leaf)
     }
@@ -156,11 +163,11 @@ impl Pending {
 /// The tree over the blocks of [`Clusters`].
 #[derive(Debug)]
 pub(super) struct Index {
-    /// From the groups over blocks up to the one group over all.
+    /// From the groups over blocks up to the single group at the top.
     levels: Vec<Vec<Group>>,
-    /// How many clusters were alive when the index was built.
+    /// The number of clusters when the index was built.
     built_over: usize,
-    /// What the query has yet to look at; kept between queries for its memory.
+    /// The traversal stack, kept between searches to reuse its memory.
     stack: Vec<Pending>,
 }
 
@@ -181,12 +188,12 @@ impl Index {
         Self { levels, built_over: clusters.alive(), stack: Vec::new() }
     }
 
-    /// Whether half of the clusters that the index was built over are gone.
+    /// Whether half of the clusters are gone since the index was built.
     pub(super) fn is_half_gone(&self, clusters: &Clusters) -> bool {
         clusters.alive() * 2 <= self.built_over
     }
 
-    /// Brings the entries over a block up to date.
+    /// Updates the entries above a block.
     pub(super) fn update(&mut self, clusters: &Clusters, block: usize) {
         let mut at = block;
         let mut summary = Summary::of_block(&clusters.blocks()[block]);
@@ -201,7 +208,7 @@ impl Index {
         }
     }
 
-    /// The better of `best` and the best match of all clusters.
+    /// Updates `best` with the best match of all clusters.
     pub(super) fn best_match(
         &mut self,
         clusters: &Clusters,
@@ -209,8 +216,8 @@ impl Index {
         best: &mut Match,
         work: &mut ClusteringWork,
     ) {
-        // The neighbours in its own block make a good first guess.
-        let own_block = (clusters.place(probe.leaf) / LANES) as u32;
+        // The block of the probe gives a good initial bound.
+        let own_block = (clusters.slot(probe.leaf) / LANES) as u32;
         clusters.scan_block(own_block as usize, probe, best);
         work.distances += LANES as u64;
 
@@ -230,7 +237,7 @@ impl Index {
         }
     }
 
-    /// Puts the entries of a group that may hold the best match on the stack, the nearest on top.
+    /// Pushes the entries of a group that may contain the best match, the nearest on top.
     fn open(&mut self, group: Pending, probe: &Probe, best: &mut Match) {
         let height = group.height - 1;
         let entries = &self.levels[height as usize][group.at as usize];
@@ -239,11 +246,11 @@ impl Index {
         for entry in 0..WIDTH {
             let at = group.at * WIDTH as u32 + entry as u32;
             let pending = Pending { bound: bounds[entry], first_leaf: entries.first_leaf[entry], height, at };
-            if pending.is_beaten(best) || pending.first_leaf == NOBODY {
+            if pending.is_beaten(best) || pending.first_leaf == NO_LEAF {
                 continue;
             }
-            // All clusters within the probe's box are at the same distance, so the smallest leaf wins, unless that
-            // is the probe itself.
+            // All clusters within the probe's box have the same distance, so the smallest leaf
+            // wins, unless it is the probe's own.
             if pending.first_leaf != probe.leaf && entries.lies_within(entry, &probe.bounds) {
                 let within = Match { distance: probe.bounds.half_area(), leaf: pending.first_leaf };
                 if within.beats(best) {
@@ -258,14 +265,15 @@ impl Index {
 }
 
 fn group_of(summaries: &[Summary]) -> Group {
-    let mut group = Group::NOTHING;
+    let mut group = Group::EMPTY;
     for (entry, summary) in summaries.iter().enumerate() {
         group.set(entry, summary);
     }
     group
 }
 
-/// Puts clusters that are near each other side by side, and very large ones last. Affects how well the index works, never what it answers.
+/// Sorts clusters along a Morton curve, very large ones last. The order affects how well the index
+/// prunes, not its results.
 fn sort(clusters: &mut Clusters) {
     let mut sorted: Vec<(u64, u32, Aabb)> = clusters.iter().map(|(leaf, bounds)| (0, leaf, bounds)).collect();
     let mut low = [f32::INFINITY; 3];
@@ -282,23 +290,24 @@ fn sort(clusters: &mut Clusters) {
     let widest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f32::max);
     let cells_per_length = CELLS / widest;
     for (key, _, bounds) in &mut sorted {
-        // Conversion to an integer maps NaN, from zero times infinitely many cells per length, to cell zero.
+        // The conversion to an integer maps NaN, from zero times infinity, to cell zero.
         let cell = |axis: usize| ((center(bounds, axis) - low[axis]) * cells_per_length) as u64;
-        let place = spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2));
-        *key = u64::from(longest_edge(bounds) > very_large) << (3 * CELL_BITS) | place;
+        let code = spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2));
+        *key = u64::from(longest_edge(bounds) > very_large) << (3 * CELL_BITS) | code;
     }
     sorted.sort_unstable_by_key(|(key, leaf, _)| (*key, *leaf));
     clusters.refill(sorted.into_iter().map(|(_, leaf, bounds)| (leaf, bounds)));
 }
 
-/// A box is very large when its longest edge is this many times the mean of all. With 2 % of boxes thirty times as
-/// large as the rest, 3 to 8 make a build of 100,000 faster by a fifth than no distinction; without such boxes it
-/// makes none. Classes of size, each within a factor of four, cost more than they saved.
+/// A box is very large if its longest edge exceeds the mean of all by this factor. Measured on
+/// 100,000 boxes, 2 % of them thirty times as large as the rest: factors from 3 to 8 make the build
+/// a fifth faster than no distinction; without such boxes there is no difference. Size classes
+/// within a factor of four cost more than they saved.
 const VERY_LARGE: f64 = 8.0;
 
-/// Bits of a cell's number along one axis.
+/// Bits of a cell's index along one axis.
 const CELL_BITS: u32 = 18;
-/// The largest number of a cell along one axis.
+/// The largest index of a cell along one axis.
 const CELLS: f32 = ((1 << CELL_BITS) - 1) as f32;
 
 fn center(bounds: &Aabb, axis: usize) -> f32 {
@@ -309,7 +318,7 @@ fn longest_edge(bounds: &Aabb) -> f32 {
     (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(0.0, f32::max)
 }
 
-/// Moves the bits of a cell's number apart, so that two others fit between each two.
+/// Inserts two zero bits between adjacent bits of a cell's index.
 fn spread(cell: u64) -> u64 {
     let mut bits = cell.min((1 << CELL_BITS) - 1);
     bits = (bits | bits << 32) & 0x001f_0000_0000_ffff;
@@ -325,7 +334,7 @@ mod tests {
     use super::super::{clamped, distance};
     use super::*;
 
-    /// Corners of a box, with edges of any order of magnitude between two.
+    /// A box whose edges have any order of magnitude between the two exponents.
     fn brick(random: &mut Random, exponents: [f32; 2]) -> Aabb {
         let mut length = || 10.0_f32.powf(exponents[0] + random.unit() * (exponents[1] - exponents[0]));
         let mut points = [[0.0; 3]; 2];
@@ -337,11 +346,12 @@ mod tests {
         clamped(&Aabb::new(points[0], points[1]))
     }
 
-    /// Alone below an entry, a cluster that is apart from the probe is bounded by its distance, but for rounding.
+    /// An entry with a single cluster that does not overlap the probe: the bound must not exceed
+    /// the distance.
     fn assert_bounded(probe: &Aabb, cluster: &Aabb, what: &str) {
-        let mut group = Group::NOTHING;
-        let least = std::array::from_fn(|axis| cluster.max[axis] - cluster.min[axis]);
-        group.set(0, &Summary { min: cluster.min, max: cluster.max, least, first_leaf: 0 });
+        let mut group = Group::EMPTY;
+        let min_extent = std::array::from_fn(|axis| cluster.max[axis] - cluster.min[axis]);
+        group.set(0, &Summary { min: cluster.min, max: cluster.max, min_extent, first_leaf: 0 });
         let (bound, distance) = (group.bounds(probe)[0], distance(probe, cluster));
         assert!(bound <= distance, "{what}: {bound:e} is above {distance:e}");
     }
@@ -366,14 +376,14 @@ mod tests {
             let what = format!("seed 18, round {round}");
             let (inner, outer) = (random.unit() * LIMIT, random.unit() * LIMIT);
             let (low, high) = ((inner - outer).min(0.0), (inner - outer).max(0.0));
-            // As wide as can be, and thin.
+            // Maximal width, and thin.
             let thin = 1e-30;
             assert_bounded(
                 &Aabb::new([-LIMIT, 0.0, 0.0], [low, thin, thin]),
                 &Aabb::new([high, 0.0, 0.0], [LIMIT, thin, thin]),
                 &what,
             );
-            // An area as large as can be, or just above.
+            // The largest finite area, or just above.
             let width = 2.0 + random.unit();
             let height = f32::MAX / width;
             let (left, right) = (width * 0.4 * random.unit(), width * (0.5 + 0.4 * random.unit()));

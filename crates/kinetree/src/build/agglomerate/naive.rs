@@ -1,14 +1,15 @@
-//! The slow twin: find the pair with the smallest joint area, merge it, repeat. Cubic.
+//! The slow twin of [`chain`](super::chain): finds the pair of smallest joint area, merges it,
+//! repeats. Cubic.
 
 use super::dendrogram::{Dendrogram, Pair};
 use super::{ClusteringWork, clamped, distance};
 use crate::geometry::Aabb;
 
-/// Merges the smallest pair of all until one cluster is left.
+/// Merges the closest pair of all until one cluster is left.
 pub(super) fn naive(boxes: &[Aabb]) -> (Dendrogram, ClusteringWork) {
     let mut dendrogram = Dendrogram::new(boxes.len());
     let mut work = ClusteringWork::default();
-    // Each cluster stands at the place of its smallest leaf.
+    // Each cluster is at the index of its smallest leaf.
     let mut clusters: Vec<Option<Aabb>> = boxes.iter().map(|given| Some(clamped(given))).collect();
 
     while let Some(pair) = smallest_pair(&clusters, &mut work) {
@@ -21,7 +22,7 @@ pub(super) fn naive(boxes: &[Aabb]) -> (Dendrogram, ClusteringWork) {
     (dendrogram, work)
 }
 
-/// The first of all pairs in their total order; none when fewer than two clusters are left.
+/// The first of all pairs in their total order; `None` when fewer than two clusters are left.
 fn smallest_pair(clusters: &[Option<Aabb>], work: &mut ClusteringWork) -> Option<Pair> {
     let mut smallest: Option<Pair> = None;
     for (a, box_a) in (0u32..).zip(clusters) {

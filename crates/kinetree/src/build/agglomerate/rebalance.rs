@@ -1,21 +1,21 @@
-//! From merges to a tree with bounded paths.
+//! Turning merges into a tree of bounded depth.
 //!
-//! Greedy merging may make a path as long as there are boxes, when all are the same. A subtree that would be too
-//! deep is kept down to where its leaves still have room for a balanced tree, and is rebuilt from there by halving
-//! the list of its leaves, in the order in which the merges put them.
+//! Greedy merging may make a path as long as the list of boxes, for instance when all are equal. A
+//! subtree that is too deep is kept down to the depth where its leaves still fit a balanced tree,
+//! and is rebuilt from there by halving the list of its leaves, in the order of the merges.
 
 use super::dendrogram::Dendrogram;
-use super::holds_something;
+use super::has_point;
 use crate::geometry::Aabb;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
 
-/// The tree of a dendrogram, and how many of its subtrees were rebuilt.
+/// The tree of a dendrogram, and the number of subtrees that were rebalanced.
 ///
-/// A box that holds nothing gets an empty leaf.
+/// A box that contains no point gets an empty leaf.
 pub(super) fn into_tree(dendrogram: &Dendrogram, boxes: &[Aabb]) -> (Bvh, usize) {
-    let Some(shape) = Shape::new(dendrogram) else { return (Bvh::default(), 0) };
+    let Some(merge_tree) = MergeTree::new(dendrogram) else { return (Bvh::default(), 0) };
     let mut writer = Writer {
-        shape: &shape,
+        merge_tree: &merge_tree,
         nodes: Vec::with_capacity(2 * dendrogram.leaves - 1),
         primitives: Vec::with_capacity(dendrogram.leaves),
         rebalanced: 0,
@@ -26,25 +26,26 @@ pub(super) fn into_tree(dendrogram: &Dendrogram, boxes: &[Aabb]) -> (Bvh, usize)
     (Bvh::from_parts(nodes, primitives, dendrogram.leaves as u32), rebalanced)
 }
 
-/// Clusters numbered so that what is merged comes before the merge: first the leaves, then the merges.
-struct Shape {
+/// The merge tree. Clusters are numbered so that children come before parents: first the leaves,
+/// then the merges.
+struct MergeTree {
     leaves: usize,
     /// The two clusters of each merge.
     children: Vec<[u32; 2]>,
-    /// Per merge, how many leaves there are below.
+    /// Per merge, the number of leaves below.
     sizes: Vec<u32>,
     /// Per merge, the number of nodes on the longest path from it to a leaf.
     heights: Vec<u32>,
 }
 
-impl Shape {
+impl MergeTree {
     /// `None` without leaves.
     fn new(dendrogram: &Dendrogram) -> Option<Self> {
         let leaves = dendrogram.leaves;
         // The cluster that has this smallest leaf by now.
         let mut current: Vec<u32> = (0..leaves as u32).collect();
         let merges = dendrogram.merges.len();
-        let mut shape = Self {
+        let mut merge_tree = Self {
             leaves,
             children: Vec::with_capacity(merges),
             sizes: Vec::with_capacity(merges),
@@ -52,19 +53,19 @@ impl Shape {
         };
         for pair in &dendrogram.merges {
             let [left, right] = [pair.left, pair.right].map(|leaf| current[leaf as usize]);
-            current[pair.left as usize] = (leaves + shape.children.len()) as u32;
-            shape.sizes.push(shape.size(left) + shape.size(right));
-            shape.heights.push(1 + shape.height(left).max(shape.height(right)));
-            shape.children.push([left, right]);
+            current[pair.left as usize] = (leaves + merge_tree.children.len()) as u32;
+            merge_tree.sizes.push(merge_tree.size(left) + merge_tree.size(right));
+            merge_tree.heights.push(1 + merge_tree.height(left).max(merge_tree.height(right)));
+            merge_tree.children.push([left, right]);
         }
-        (leaves > 0).then_some(shape)
+        (leaves > 0).then_some(merge_tree)
     }
 
     fn root(&self) -> u32 {
         (self.leaves + self.children.len() - 1) as u32
     }
 
-    /// The two clusters that were merged; none for a leaf.
+    /// The two clusters that were merged; `None` for a leaf.
     fn children(&self, cluster: u32) -> Option<[u32; 2]> {
         (cluster as usize).checked_sub(self.leaves).map(|merge| self.children[merge])
     }
@@ -96,9 +97,9 @@ fn balanced_height(leaves: u32) -> u32 {
     leaves.next_power_of_two().trailing_zeros() + 1
 }
 
-/// Writes nodes in depth-first order, the two children of a node side by side.
+/// Writes nodes in depth-first order, with the two children of a node adjacent.
 struct Writer<'a> {
-    shape: &'a Shape,
+    merge_tree: &'a MergeTree,
     nodes: Vec<Node>,
     primitives: Vec<u32>,
     rebalanced: usize,
@@ -107,33 +108,33 @@ struct Writer<'a> {
 impl Writer<'_> {
     fn write(&mut self) {
         self.add_node();
-        // Cluster, the node it gets, and the number of nodes on the path there.
-        let mut pending = vec![(self.shape.root(), 0, 1)];
+        // The cluster, the index of its node, and the number of nodes on the path to it.
+        let mut pending = vec![(self.merge_tree.root(), 0, 1)];
         while let Some((cluster, at, depth)) = pending.pop() {
-            let room = MAX_DEPTH as u32 + 1 - depth;
-            match self.shape.children(cluster) {
+            let levels = MAX_DEPTH as u32 + 1 - depth;
+            match self.merge_tree.children(cluster) {
                 None => self.write_leaf(at, cluster),
-                Some(children) if self.fits(cluster, children, room) => {
+                Some(children) if self.fits(cluster, children, levels) => {
                     let first = self.write_inner(at);
                     pending.push((children[1], first + 1, depth + 1));
                     pending.push((children[0], first, depth + 1));
                 }
                 Some(_) => {
                     self.rebalanced += 1;
-                    self.write_balanced(at, &self.shape.leaves_below(cluster));
+                    self.write_balanced(at, &self.merge_tree.leaves_below(cluster));
                 }
             }
         }
     }
 
-    /// Whether this merge can stand, with a path of at most `room` nodes from here: as it is, or with something
-    /// rebuilt below.
-    fn fits(&self, cluster: u32, children: [u32; 2], room: u32) -> bool {
-        self.shape.height(cluster) <= room
-            || children.iter().all(|&child| balanced_height(self.shape.size(child)) < room)
+    /// Whether this merge can be kept with paths of at most `levels` nodes from here: as it is, or
+    /// with its children rebalanced.
+    fn fits(&self, cluster: u32, children: [u32; 2], levels: u32) -> bool {
+        self.merge_tree.height(cluster) <= levels
+            || children.iter().all(|&child| balanced_height(self.merge_tree.size(child)) < levels)
     }
 
-    /// Splits at the middle until one is left. The recursion is as deep as the tree it makes.
+    /// Writes a balanced tree over the leaves. The recursion is as deep as the tree.
     fn write_balanced(&mut self, at: usize, leaves: &[u32]) {
         if let [leaf] = leaves {
             self.write_leaf(at, *leaf);
@@ -146,12 +147,12 @@ impl Writer<'_> {
     }
 
     fn write_leaf(&mut self, at: usize, leaf: u32) {
-        let place = self.primitives.len() as u32;
+        let index = self.primitives.len() as u32;
         self.primitives.push(leaf);
-        self.nodes[at].link = Link::primitives(place..place + 1);
+        self.nodes[at].link = Link::primitives(index..index + 1);
     }
 
-    /// Makes two children, and gives the place of the first.
+    /// Allocates two children and returns the index of the first.
     fn write_inner(&mut self, at: usize) -> usize {
         let first = self.nodes.len();
         self.nodes[at].link = Link::node(first as u32);
@@ -160,20 +161,21 @@ impl Writer<'_> {
         first
     }
 
-    /// A node that is yet to be filled in.
+    /// Allocates a node that is written later.
     fn add_node(&mut self) {
         self.nodes.push(Node { bounds: Aabb::EMPTY, link: Link::node(0) });
     }
 }
 
-/// Gives every node its box, leaves first. No child stands before its parent.
+/// Computes the box of every node, from the last to the first, since children come after their
+/// parents.
 fn fit(nodes: &mut [Node], primitives: &[u32], boxes: &[Aabb]) {
     for at in (0..nodes.len()).rev() {
         nodes[at].bounds = match nodes[at].link.target() {
             Target::Node(first) => nodes[first as usize].bounds.union(&nodes[first as usize + 1].bounds),
-            Target::Primitives(places) => {
-                let given = &boxes[primitives[places.start as usize] as usize];
-                if holds_something(given) { *given } else { Aabb::EMPTY }
+            Target::Primitives(range) => {
+                let given = &boxes[primitives[range.start as usize] as usize];
+                if has_point(given) { *given } else { Aabb::EMPTY }
             }
         };
     }

@@ -1,22 +1,22 @@
-//! Best matches among clusters that keep merging: a linear search while they are few, an index above.
+//! The search for best matches among merging clusters: linear for few, with an index for many.
 
 use super::ClusteringWork;
 use super::clusters::{Clusters, LANES, Match, Probe};
 use super::index::Index;
 use crate::geometry::Aabb;
 
-/// The living clusters, and what helps to find best matches among them.
+/// The living clusters, and the index if there are many.
 #[derive(Debug)]
 pub(super) struct Search {
     clusters: Clusters,
     index: Option<Index>,
-    /// Up to this many clusters, looking at each is faster.
+    /// Up to this many clusters, the search is linear.
     linear_up_to: usize,
     work: ClusteringWork,
 }
 
 impl Search {
-    /// Each box a cluster of its own.
+    /// Makes each box a cluster.
     pub(super) fn new(boxes: &[Aabb], linear_up_to: usize) -> Self {
         let mut search =
             Self { clusters: Clusters::new(boxes), index: None, linear_up_to, work: ClusteringWork::default() };
@@ -24,18 +24,18 @@ impl Search {
         search
     }
 
-    /// How many clusters are left.
+    /// The number of clusters that are left.
     pub(super) fn alive(&self) -> usize {
         self.clusters.alive()
     }
 
-    /// What has been done so far.
+    /// The work so far.
     pub(super) fn work(&self) -> ClusteringWork {
         self.work
     }
 
-    /// The best match of a cluster, which must not be the only one. `known` is a partner that is known already, or
-    /// [`Match::NONE`].
+    /// The best match of a cluster, which must not be the only one. `known` is a match that is
+    /// already known, or [`Match::NONE`].
     pub(super) fn best_match(&mut self, leaf: u32, known: Match) -> Match {
         let probe = Probe { bounds: self.clusters.bounds(leaf), leaf };
         let mut best = known;
@@ -50,23 +50,23 @@ impl Search {
         best
     }
 
-    /// Makes one cluster of two.
+    /// Merges two clusters.
     pub(super) fn merge(&mut self, a: u32, b: u32) {
         let (box_a, box_b) = (self.clusters.bounds(a), self.clusters.bounds(b));
-        // The larger box stays where it is: there the joint box is least of a surprise.
-        let (stays, goes) = if box_a.half_area() < box_b.half_area() { (b, a) } else { (a, b) };
-        let (stays, goes) = (self.clusters.place(stays), self.clusters.place(goes));
-        self.clusters.put(stays, &box_a.union(&box_b), a.min(b));
+        // The union takes the slot of the larger box, where it changes the index least.
+        let (kept, removed) = if box_a.half_area() < box_b.half_area() { (b, a) } else { (a, b) };
+        let (kept, removed) = (self.clusters.slot(kept), self.clusters.slot(removed));
+        self.clusters.put(kept, &box_a.union(&box_b), a.min(b));
         match &mut self.index {
             Some(index) => {
-                self.clusters.vacate(goes);
-                index.update(&self.clusters, stays / LANES);
-                index.update(&self.clusters, goes / LANES);
+                self.clusters.vacate(removed);
+                index.update(&self.clusters, kept / LANES);
+                index.update(&self.clusters, removed / LANES);
                 if index.is_half_gone(&self.clusters) {
                     self.rebuild_index();
                 }
             }
-            None => self.clusters.swap_remove(goes),
+            None => self.clusters.swap_remove(removed),
         }
     }
 

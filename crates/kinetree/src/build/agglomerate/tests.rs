@@ -1,4 +1,5 @@
-//! The twins agree, the trees keep their promises, and the work stays far below quadratic.
+//! The slow and the fast algorithm agree, trees keep their promises, and work stays far below
+//! quadratic.
 
 use super::dendrogram::{Dendrogram, Pair};
 use super::*;
@@ -41,14 +42,14 @@ impl Random {
     }
 }
 
-/// Boxes with edges up to 1, ten times their number in cubic metres.
+/// Boxes with edges up to 1, in a cube of ten cubic metres per box.
 fn scattered(count: usize, seed: u64) -> Vec<Aabb> {
     let mut random = Random(seed);
     let size = (count as f32 * 10.0).cbrt();
     (0..count).map(|_| random.brick(size, 1.0)).collect()
 }
 
-/// Centres in bunches, as dense for any count, and sizes over four orders of magnitude.
+/// Boxes in groups of the same density for any count, with sizes over four orders of magnitude.
 fn bunched(count: usize, seed: u64) -> Vec<Aabb> {
     let mut random = Random(seed);
     let size = 100.0 * (count as f32).cbrt();
@@ -84,7 +85,7 @@ fn growing(count: usize, factor: f32) -> Vec<Aabb> {
     (0..count).map(|i| Aabb::new(corner(i), corner(i + 1))).collect()
 }
 
-/// All the kinds of boxes that the twins have to agree on, with names.
+/// All the kinds of boxes that both algorithms must agree on, with names.
 fn worlds(seed: u64) -> Vec<(&'static str, Vec<Aabb>)> {
     let mut random = Random(seed);
     let count = 2 + random.below(150);
@@ -172,7 +173,8 @@ fn assert_same_trees(a: &Agglomerated, b: &Agglomerated, what: &str) {
     }
 }
 
-/// Holds a tree to its promises, and to those of this builder: one primitive in each leaf, in its own box.
+/// Checks the promises of a tree, and those of this builder: one primitive per leaf, with its own
+/// box.
 fn assert_sound(made: &Agglomerated, boxes: &[Aabb], what: &str) {
     assert_eq!(made.bvh.validate(), Ok(()), "{what}");
     assert_eq!(made.bvh.node_count(), (2 * boxes.len()).saturating_sub(1), "{what}");
@@ -182,15 +184,15 @@ fn assert_sound(made: &Agglomerated, boxes: &[Aabb], what: &str) {
         if let Target::Primitives(places) = node.link.target() {
             assert_eq!(places.len(), 1, "{what}");
             let given = &boxes[made.bvh.primitives()[places.start as usize] as usize];
-            assert!(node.bounds == *given || !holds_something(given), "{what}");
+            assert!(node.bounds == *given || !has_point(given), "{what}");
         }
     }
 }
 
-/// Both twins, with and without the index.
+/// Compares both algorithms, with and without the index.
 fn assert_twins_agree(boxes: &[Aabb], what: &str) {
     let (slow, _) = naive::naive(boxes);
-    // The naive search finds its merges in their order.
+    // The naive search makes its merges in ascending order.
     assert!(slow.merges.is_sorted(), "{what}");
     for linear_up_to in [ALWAYS_INDEX, 40, NEVER_INDEX] {
         let (fast, _) = chain::best_match_chain(boxes, linear_up_to);
@@ -258,7 +260,7 @@ fn paths_beyond_the_bound_are_rebalanced_and_counted() {
 
 #[test]
 fn a_subtree_that_is_too_deep_leaves_the_others_as_they_were() {
-    // A hundred times the same, which make a path, and far away some that do not.
+    // A hundred equal boxes, which make a long path, and far away some that do not.
     let mut boxes = vec![Aabb::new([0.0; 3], [1.0; 3]); 100];
     boxes.extend(grid(3, 4.0).iter().map(|cell| {
         let moved = |corner: [f32; 3]| corner.map(|x| x + 1000.0);
@@ -268,7 +270,7 @@ fn a_subtree_that_is_too_deep_leaves_the_others_as_they_were() {
     assert_sound(&made, &boxes, "path and grid");
     assert_eq!(made.rebalanced, 1);
     let Target::Node(first) = made.bvh.nodes()[0].link.target() else { panic!("the root is an inner node") };
-    // Depth first: the right child's children and all below come last.
+    // In depth-first order, all nodes below the right child come last.
     let last = made.bvh.node_count() - (alone.bvh.node_count() - 1);
     let right = [made.bvh.nodes()[first as usize + 1].bounds];
     let below = made.bvh.nodes()[last..].iter().map(|node| node.bounds);
@@ -342,7 +344,8 @@ fn work_on_bunches_of_all_sizes_stays_far_below_quadratic() {
 
 #[test]
 fn work_with_very_large_boxes_among_small_ones_stays_far_below_quadratic() {
-    // The world of the smallest count is wider than its largest boxes; in a smaller one all would overlap.
+    // The world of the smallest count is wider than its largest boxes; in a smaller one all would
+    // overlap.
     assert_work_stays_far_below_quadratic([4_000, 20_000, 100_000], |count| {
         let mut random = Random(13);
         let mut boxes = scattered(count, 13);

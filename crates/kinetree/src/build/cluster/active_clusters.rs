@@ -1,53 +1,56 @@
-//! A few dozen clusters in the order of the curve, ready to be merged.
+//! A window of clusters along the curve, and their merging.
 //!
-//! Each looks a few places to both sides for the partner with which it makes the smallest box, eight clusters at a step; the box around two is measured once,
-//! for both. Those that choose each other merge, all at the same time, until few enough are left.
+//! Each cluster searches its neighbours on both sides for the one with which its joint box is
+//! smallest, eight clusters at a time; the area of a joint box is computed once, for both. Mutual
+//! nearest neighbours merge, all in the same pass, until target enough are left.
 
 use super::pair::{Cluster, Kind, Pair};
 use crate::geometry::Aabb;
 use crate::simd::{Isa, Kernel, Level};
 
-/// How many clusters a front has room for.
-pub(super) const FULL: usize = 64;
+/// The capacity of [`ActiveClusters`].
+pub(super) const CAPACITY: usize = 64;
 
-/// How many it is merged down to before it is joined with its neighbour.
-pub(super) const FEW: usize = FULL / 2;
+/// The number of clusters that a branch is merged down to before it is joined with its neighbour.
+pub(super) const REDUCED: usize = CAPACITY / 2;
 
-/// How far a cluster looks to each side, at most.
+/// The largest search radius, in clusters to each side.
 pub(super) const RADIUS: usize = 6;
 
-/// How far a single primitive looks. Further has not made better trees.
-pub(super) const NEAR: usize = 4;
+/// The search radius of single primitives. A larger one did not make better trees.
+pub(super) const LEAF_RADIUS: usize = 4;
 
 const LANES: usize = 8;
 
-/// Room on both sides, so that looking sideways needs no bounds.
+/// Unused entries on both sides, so that the search needs no bounds checks.
 const MARGIN: usize = 16;
-const ROOM: usize = MARGIN + FULL + MARGIN;
+const PADDED: usize = MARGIN + CAPACITY + MARGIN;
 
-const _: () = assert!(RADIUS + LANES <= MARGIN && FULL % LANES == 0);
+const _: () = assert!(RADIUS + LANES <= MARGIN && CAPACITY % LANES == 0);
 
-/// The last bits of an area make room for the place of a neighbour: from 1 for the leftmost to twice the radius for the rightmost.
-const PLACE_MASK: u32 = 15;
-const _: () = assert!(2 * RADIUS as u32 <= PLACE_MASK);
+/// The low bits of an area are replaced by the position of the neighbour: from 1 for the leftmost
+/// to twice the radius for the rightmost. So a minimum over areas also gives the neighbour.
+const POSITION_MASK: u32 = 15;
+const _: () = assert!(2 * RADIUS as u32 <= POSITION_MASK);
 
-/// No neighbour at all: before every one with an area beyond measure.
-const ALONE: u32 = f32::INFINITY.to_bits();
+/// No neighbour: less than any neighbour whose joint area is infinite or NaN.
+const NO_NEIGHBOUR: u32 = f32::INFINITY.to_bits();
 
-/// Clusters, their boxes one plane at a time.
+/// Clusters in the order of the curve, as a structure of arrays.
 pub(super) struct ActiveClusters {
     len: usize,
-    min: [[f32; ROOM]; 3],
-    max: [[f32; ROOM]; 3],
-    kinds: [Kind; FULL],
-    /// `areas[distance - 1][left]`: the bits of the area around two that stand so far apart, but for the last ones.
-    areas: [[u32; ROOM]; RADIUS],
+    min: [[f32; PADDED]; 3],
+    max: [[f32; PADDED]; 3],
+    kinds: [Kind; CAPACITY],
+    /// `areas[distance - 1][left]`: the half area of the joint box of two clusters `distance`
+    /// apart, as bits, without the low ones.
+    areas: [[u32; PADDED]; RADIUS],
 }
 
-/// What merging clusters needs to know, and where it writes to.
+/// The parameters of merging, and its output.
 pub(super) struct Merger<'a> {
     pub(super) pairs: &'a mut Vec<Pair>,
-    /// Primitives, each with the place of the next one in its leaf.
+    /// Linked lists of the primitives of each leaf: see [`Kind::chained`].
     pub(super) chains: &'a mut [u64],
     pub(super) leaf_limit: u32,
     pub(super) node_cost: f32,
@@ -55,13 +58,13 @@ pub(super) struct Merger<'a> {
 
 impl ActiveClusters {
     pub(super) fn new() -> Self {
-        // Who is everywhere is nobody's best partner.
+        // Unused entries have an infinite box, so they are never the nearest neighbour.
         Self {
             len: 0,
-            min: [[f32::NEG_INFINITY; ROOM]; 3],
-            max: [[f32::INFINITY; ROOM]; 3],
-            kinds: [Kind::default(); FULL],
-            areas: [[ALONE; ROOM]; RADIUS],
+            min: [[f32::NEG_INFINITY; PADDED]; 3],
+            max: [[f32::INFINITY; PADDED]; 3],
+            kinds: [Kind::default(); CAPACITY],
+            areas: [[NO_NEIGHBOUR; PADDED]; RADIUS],
         }
     }
 
@@ -83,10 +86,10 @@ impl ActiveClusters {
         (0..self.len).map(|at| self.cluster(at))
     }
 
-    /// Merges until no more than `few` are left; each looks at most `radius` places to both sides.
-    pub(super) fn reduce(&mut self, few: usize, radius: usize, level: Level, merger: &mut Merger<'_>) {
-        if self.len > few {
-            level.run(Reduce { active: self, few, radius, merger });
+    /// Merges until at most `target` clusters are left, with the given search radius.
+    pub(super) fn reduce(&mut self, target: usize, radius: usize, level: Level, merger: &mut Merger<'_>) {
+        if self.len > target {
+            level.run(Reduce { active: self, target, radius, merger });
         }
     }
 
@@ -110,25 +113,27 @@ impl ActiveClusters {
         self.len = len;
     }
 
-    /// The best partner of each cluster; of equal ones the first. A cluster without any is its own.
+    /// The nearest neighbour of each cluster, the first of equal ones. A cluster without neighbours
+    /// is its own.
     ///
-    /// Of all pairs with the least area, the first one chooses each other, so there is always something to merge unless all areas are beyond measure.
+    /// The first pair of least area is mutual, so at least one pair merges unless all areas are
+    /// infinite or NaN.
     #[inline(always)]
-    fn partners(&mut self, radius: usize) -> [u32; FULL] {
+    fn partners(&mut self, radius: usize) -> [u32; CAPACITY] {
         let radius = radius.min(RADIUS);
         for first in (0..self.len).step_by(LANES) {
             let own = lanes(&self.min, &self.max, MARGIN + first);
             for distance in 1..=radius {
                 let areas = joint_areas(&own, &lanes(&self.min, &self.max, MARGIN + first + distance));
-                let place = &mut self.areas[distance - 1][MARGIN + first..][..LANES];
+                let slot = &mut self.areas[distance - 1][MARGIN + first..][..LANES];
                 for lane in 0..LANES {
-                    place[lane] = areas[lane].to_bits() & !PLACE_MASK;
+                    slot[lane] = areas[lane].to_bits() & !POSITION_MASK;
                 }
             }
         }
-        let mut partners = [0; FULL];
+        let mut partners = [0; CAPACITY];
         for first in (0..self.len).step_by(LANES) {
-            let mut best = [ALONE; LANES];
+            let mut best = [NO_NEIGHBOUR; LANES];
             for distance in 1..=radius {
                 let areas = &self.areas[distance - 1];
                 let on_the_left = &areas[MARGIN + first - distance..][..LANES];
@@ -140,51 +145,52 @@ impl ActiveClusters {
                 }
             }
             for lane in 0..LANES {
-                let place = best[lane] & PLACE_MASK;
-                let skips_own = u32::from(place > RADIUS as u32);
-                let step = if place == 0 { RADIUS as u32 + 1 } else { place + skips_own };
+                let position = best[lane] & POSITION_MASK;
+                let skips_own = u32::from(position > RADIUS as u32);
+                let step = if position == 0 { RADIUS as u32 + 1 } else { position + skips_own };
                 partners[first + lane] = (first + lane) as u32 + step - (RADIUS as u32 + 1);
             }
         }
         partners
     }
 
-    /// Merges those who chose each other.
+    /// Merges mutual nearest neighbours.
     #[inline(always)]
-    fn merge(&mut self, partners: &[u32; FULL], merger: &mut Merger<'_>) {
-        // Without a branch per cluster: who stays, with whom, and which of them are merged.
-        let mut stays = [[0_u32; 2]; FULL];
-        let mut merged = [0_u32; FULL];
+    fn merge(&mut self, partners: &[u32; CAPACITY], merger: &mut Merger<'_>) {
+        // Without a branch per cluster: the clusters that at_kept, their partners, and which of
+        // them merge.
+        let mut kept = [[0_u32; 2]; CAPACITY];
+        let mut merged = [0_u32; CAPACITY];
         let (mut left, mut merges) = (0, 0);
         for at in 0..self.len {
-            let partner = partners[at] as usize % FULL;
+            let partner = partners[at] as usize % CAPACITY;
             let mutual = partners[partner] as usize == at && partner != at;
-            stays[left] = [at as u32, if mutual { partner as u32 } else { at as u32 }];
+            kept[left] = [at as u32, if mutual { partner as u32 } else { at as u32 }];
             merged[merges] = left as u32;
             merges += usize::from(mutual && at < partner);
             left += usize::from(!(mutual && partner < at));
         }
-        for &stay in &merged[..merges] {
-            let [one, other] = stays[stay as usize % FULL].map(|at| at as usize % FULL);
-            self.kinds[one] = merger.join(self, one, other);
+        for &at_kept in &merged[..merges] {
+            let [a, b] = kept[at_kept as usize % CAPACITY].map(|at| at as usize % CAPACITY);
+            self.kinds[a] = merger.join(self, a, b);
         }
-        for stay in 0..left {
-            let [one, other] = stays[stay].map(|at| at as usize % FULL);
+        for at_kept in 0..left {
+            let [a, b] = kept[at_kept].map(|at| at as usize % CAPACITY);
             for axis in 0..3 {
                 let min = &mut self.min[axis];
-                min[MARGIN + stay] = lesser(min[MARGIN + one], min[MARGIN + other]);
+                min[MARGIN + at_kept] = lesser(min[MARGIN + a], min[MARGIN + b]);
                 let max = &mut self.max[axis];
-                max[MARGIN + stay] = greater(max[MARGIN + one], max[MARGIN + other]);
+                max[MARGIN + at_kept] = greater(max[MARGIN + a], max[MARGIN + b]);
             }
-            self.kinds[stay] = self.kinds[one];
+            self.kinds[at_kept] = self.kinds[a];
         }
         self.shorten(left);
     }
 }
 
-/// The boxes of eight clusters in a row: lower planes, then upper ones.
+/// The boxes of eight consecutive clusters: lower planes, then upper ones.
 #[inline(always)]
-fn lanes<'a>(min: &'a [[f32; ROOM]; 3], max: &'a [[f32; ROOM]; 3], from: usize) -> [&'a [f32; LANES]; 6] {
+fn lanes<'a>(min: &'a [[f32; PADDED]; 3], max: &'a [[f32; PADDED]; 3], from: usize) -> [&'a [f32; LANES]; 6] {
     [
         eight(&min[0], from),
         eight(&min[1], from),
@@ -195,9 +201,9 @@ fn lanes<'a>(min: &'a [[f32; ROOM]; 3], max: &'a [[f32; ROOM]; 3], from: usize) 
     ]
 }
 
-/// Eight in a row.
+/// Eight consecutive values.
 #[inline(always)]
-fn eight(plane: &[f32; ROOM], from: usize) -> &[f32; LANES] {
+fn eight(plane: &[f32; PADDED], from: usize) -> &[f32; LANES] {
     plane[from..].first_chunk().expect("the margin is as wide as the radius and the lanes")
 }
 
@@ -211,7 +217,7 @@ fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Half areas of the boxes around two, eight at a time.
+/// The half areas of the joint boxes of eight pairs.
 #[inline(always)]
 fn joint_areas(a: &[&[f32; LANES]; 6], b: &[&[f32; LANES]; 6]) -> [f32; LANES] {
     std::array::from_fn(|lane| {
@@ -222,27 +228,28 @@ fn joint_areas(a: &[&[f32; LANES]; 6], b: &[&[f32; LANES]; 6]) -> [f32; LANES] {
 }
 
 impl Merger<'_> {
-    /// Two leaves that are small enough become one if that is cheaper; others become the children of a node.
+    /// Merges two clusters: two small leaves become one leaf if that costs less; others become the
+    /// children of a node.
     #[inline(always)]
     fn join(&mut self, active: &ActiveClusters, left: usize, right: usize) -> Kind {
-        let (one, other) = (active.kinds[left], active.kinds[right]);
-        let primitives = one.primitives + other.primitives;
-        let may_be_leaf = one.height == 1 && other.height == 1 && primitives <= self.leaf_limit;
+        let (a, b) = (active.kinds[left], active.kinds[right]);
+        let primitives = a.primitives + b.primitives;
+        let may_be_leaf = a.height == 1 && b.height == 1 && primitives <= self.leaf_limit;
         if may_be_leaf && self.is_cheaper_as_leaf(primitives, || [left, right].map(|at| active.cluster(at))) {
-            return one.chained(&other, self.chains);
+            return a.chained(&b, self.chains);
         }
         let link = self.pairs.len() as u32;
         self.pairs.push(Pair {
             bounds: [active.bounds(left), active.bounds(right)],
-            links: [one.link, other.link],
-            heights: [one.height, other.height],
+            links: [a.link, b.link],
+            heights: [a.height, b.height],
         });
-        Kind { link, primitives, leaves: one.leaves + other.leaves, height: one.height.max(other.height) + 1 }
+        Kind { link, primitives, leaves: a.leaves + b.leaves, height: a.height.max(b.height) + 1 }
     }
 
     #[inline(always)]
     fn is_cheaper_as_leaf(&self, primitives: u32, pair: impl Fn() -> [Cluster; 2]) -> bool {
-        // A box costs more than all the tests behind it.
+        // A node visit costs more than all the tests in it.
         if primitives as f32 <= self.node_cost {
             return true;
         }
@@ -255,7 +262,7 @@ impl Merger<'_> {
 
 struct Reduce<'a, 'b> {
     active: &'a mut ActiveClusters,
-    few: usize,
+    target: usize,
     radius: usize,
     merger: &'a mut Merger<'b>,
 }
@@ -265,13 +272,13 @@ impl Kernel for Reduce<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { active, few, radius, merger } = self;
-        while active.len > few {
+        let Self { active, target, radius, merger } = self;
+        while active.len > target {
             let before = active.len;
             let partners = active.partners(radius);
             active.merge(&partners, merger);
             if active.len == before {
-                // Areas beyond measure: neighbours.
+                // All areas are infinite or NaN: merge adjacent clusters.
                 active
                     .merge(&std::array::from_fn(|at| if at | 1 < before { at as u32 ^ 1 } else { at as u32 }), merger);
             }

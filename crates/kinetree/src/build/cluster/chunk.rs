@@ -1,33 +1,36 @@
-//! Clustering a stretch of the curve: every branch of the tree that the codes make is merged down to a few clusters before its parent is.
+//! Clustering one chunk of the curve: each branch of the radix tree over the codes is merged down
+//! to a few clusters before its parent.
 
-use super::active_clusters::{ActiveClusters, FEW, FULL, Merger, NEAR, RADIUS};
+use super::active_clusters::{ActiveClusters, CAPACITY, LEAF_RADIUS, Merger, RADIUS, REDUCED};
 use super::pair::{Cluster, Kind, Pair};
 use crate::build::fast_box::FastBox;
 use crate::geometry::Aabb;
 use crate::simd::{Isa, Kernel, Level};
 
-/// A stretch of the curve, and what became of it.
+/// A chunk of the curve, and the result of its clustering.
 pub(super) struct Chunk<'a> {
-    /// Sorted. Each key holds a primitive in its lower bits; when the chunk is done they are links of chains (see [`Kind::chained`]).
+    /// Sorted keys, each with the index of a primitive in the lower bits. Clustering replaces them
+    /// by links of chains (see [`Kind::chained`]).
     pub(super) keys: &'a mut [u64],
     pub(super) pairs: Vec<Pair>,
-    /// What is left, at least one.
+    /// The clusters that are left, at least one.
     pub(super) clusters: Vec<Cluster>,
 }
 
-/// What a build knows.
+/// The input that all chunks share.
 pub(super) struct Task<'a> {
     pub(super) boxes: &'a [Aabb],
-    /// The bits of a key that hold the primitive.
+    /// The bits of a key that hold the index of the primitive.
     pub(super) primitive_mask: u64,
     pub(super) leaf_limit: u32,
-    /// How many primitives a leaf may have before anything is compared.
+    /// Branches of up to this many primitives become leaves without a comparison of costs.
     pub(super) first_leaf: u32,
     pub(super) node_cost: f32,
     pub(super) level: Level,
 }
 
-/// Where a branch of sorted, different keys parts in two: after the last key that has a zero at the first bit in which they differ.
+/// The number of keys in the left child of a radix-tree branch over sorted, distinct keys: those
+/// that have a zero in the first bit that differs.
 pub(super) fn fork(keys: &[u64]) -> usize {
     let (first, last) = (keys[0], keys[keys.len() - 1]);
     let bit = 63 - (first ^ last).leading_zeros();
@@ -38,7 +41,7 @@ impl Chunk<'_> {
     pub(super) fn cluster(&mut self, task: &Task<'_>) {
         let leaves = task.level.run(FirstLeaves { keys: self.keys, task });
         self.pairs.reserve(leaves.clusters.len());
-        let mut work = Work {
+        let mut clustering = Clustering {
             task,
             leaves: &leaves,
             chains: self.keys,
@@ -46,29 +49,31 @@ impl Chunk<'_> {
             active: ActiveClusters::new(),
             waiting: Vec::new(),
         };
-        work.branch(0, leaves.clusters.len());
-        self.clusters = work.waiting;
+        clustering.branch(0, leaves.clusters.len());
+        self.clusters = clustering.waiting;
     }
 }
 
-/// What clustering begins with, in the order of the curve.
+/// The initial clusters, in the order of the curve.
 struct Leaves {
     clusters: Vec<Cluster>,
     /// The first key of each.
     keys: Vec<u64>,
 }
 
-/// Makes leaves of whole branches that are small enough, and links of chains of their keys.
+/// Makes leaves of whole branches that are small enough, and replaces their keys by links of
+/// chains.
 struct FirstLeaves<'a, 'b> {
     keys: &'a mut [u64],
     task: &'a Task<'b>,
 }
 
-/// How far clusters look when leaves were branches: the leaves, then the others. Further makes no better trees, on the whole.
-const OF_BRANCHES: (usize, usize) = (3, 5);
+/// The search radius of leaves and of other clusters when leaves are branches. Larger ones do not
+/// make better trees on average.
+const BRANCH_RADII: (usize, usize) = (3, 5);
 
-/// How far ahead boxes are asked for, in keys.
-const AHEAD: usize = 16;
+/// The prefetch distance for boxes, in keys.
+const PREFETCH_DISTANCE: usize = 16;
 
 impl Kernel for FirstLeaves<'_, '_> {
     type Output = Leaves;
@@ -76,22 +81,22 @@ impl Kernel for FirstLeaves<'_, '_> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Leaves {
         let Self { keys, task } = self;
-        let room = if task.first_leaf > 1 { keys.len() / 2 } else { keys.len() };
-        let mut leaves = Leaves { clusters: Vec::with_capacity(room), keys: Vec::with_capacity(room) };
+        let capacity = if task.first_leaf > 1 { keys.len() / 2 } else { keys.len() };
+        let mut leaves = Leaves { clusters: Vec::with_capacity(capacity), keys: Vec::with_capacity(capacity) };
         let mut start = 0;
         let mut before = 0;
         while start < keys.len() {
             let (count, after) = branch_at(keys, start, before, task.first_leaf as usize);
             leaves.keys.push(keys[start]);
             let mut bounds = FastBox::EMPTY;
-            for place in start..start + count {
-                if let Some(ahead) = keys.get(place + AHEAD) {
+            for index in start..start + count {
+                if let Some(ahead) = keys.get(index + PREFETCH_DISTANCE) {
                     isa.prefetch(task.boxes, (ahead & task.primitive_mask) as usize);
                 }
-                let primitive = keys[place] & task.primitive_mask;
+                let primitive = keys[index] & task.primitive_mask;
                 bounds = bounds.union(&FastBox::from(&task.boxes[primitive as usize]));
-                let next = if place + 1 < start + count { place + 1 } else { 0 };
-                keys[place] = primitive | (next as u64) << 32;
+                let next = if index + 1 < start + count { index + 1 } else { 0 };
+                keys[index] = primitive | (next as u64) << 32;
             }
             let bounds = Aabb::new(bounds.min.into(), bounds.max.into());
             leaves.clusters.push(Cluster { bounds, kind: Kind::leaf(start, count) });
@@ -101,60 +106,61 @@ impl Kernel for FirstLeaves<'_, '_> {
     }
 }
 
-/// How many keys the largest branch that begins at `start` has, if it may have `most`; and how many leading bits the last of them has in common with the one
-/// behind it. `before` are those that the first has in common with the one in front of it.
+/// The size of the largest branch of at most `most` keys that begins at `start`, and the number of
+/// leading bits that its last key has in common with the next key. `before` is the number of
+/// leading bits that its first key has in common with the previous one.
 #[inline(always)]
-fn branch_at(keys: &[u64], start: usize, before: u32, most: usize) -> (usize, u32) {
-    // Keys are different, so nobody has all 64 in common; and past the ends there is nobody to have any in common with.
+fn branch_at(keys: &[u64], start: usize, before: u32, limit: usize) -> (usize, u32) {
+    // Keys are distinct, so fewer than 64 bits are common; past the ends there are none.
     let common = |last: usize| match keys.get(last + 1) {
         Some(next) => (keys[last] ^ next).leading_zeros(),
         None => 0,
     };
     let mut after = common(start);
-    let (mut found, mut inside) = ((1, after), 64);
-    for count in 2..=most.min(keys.len() - start) {
+    let (mut largest, mut inside) = ((1, after), 64);
+    for count in 2..=limit.min(keys.len() - start) {
         inside = after.min(inside);
         after = common(start + count - 1);
         if inside > before.max(after) || count == keys.len() {
-            found = (count, after);
+            largest = (count, after);
         }
     }
-    found
+    largest
 }
 
-struct Work<'a> {
+struct Clustering<'a> {
     task: &'a Task<'a>,
     leaves: &'a Leaves,
     chains: &'a mut [u64],
     pairs: &'a mut Vec<Pair>,
     active: ActiveClusters,
-    /// Clusters of branches whose parents are still to come.
+    /// A stack of clusters of branches whose parents have not been merged yet.
     waiting: Vec<Cluster>,
 }
 
-impl Work<'_> {
-    /// Leaves the clusters of a branch, given its first leaves, at the end of `waiting`.
+impl Clustering<'_> {
+    /// Merges a branch, given the range of its leaves, and pushes its clusters on `waiting`.
     fn branch(&mut self, start: usize, end: usize) {
-        let reach = if self.task.first_leaf > 1 { OF_BRANCHES } else { (NEAR, RADIUS) };
+        let radii = if self.task.first_leaf > 1 { BRANCH_RADII } else { (LEAF_RADIUS, RADIUS) };
         let before = self.waiting.len();
         self.active.clear();
-        let radius = if end - start <= FULL {
+        let radius = if end - start <= CAPACITY {
             self.leaves.clusters[start..end].iter().for_each(|leaf| self.active.push(leaf));
-            reach.0
+            radii.0
         } else {
             let middle = start + fork(&self.leaves.keys[start..end]);
             self.branch(start, middle);
             self.branch(middle, end);
-            if self.waiting.len() - before <= FEW {
+            if self.waiting.len() - before <= REDUCED {
                 return;
             }
             self.active.clear();
             self.waiting.drain(before..).for_each(|cluster| self.active.push(&cluster));
-            reach.1
+            radii.1
         };
         let Task { leaf_limit, node_cost, level, .. } = *self.task;
         let mut merger = Merger { pairs: self.pairs, chains: self.chains, leaf_limit, node_cost };
-        self.active.reduce(FEW, radius, level, &mut merger);
+        self.active.reduce(REDUCED, radius, level, &mut merger);
         self.waiting.extend(self.active.clusters());
     }
 }
@@ -163,15 +169,15 @@ impl Work<'_> {
 mod tests {
     use super::*;
 
-    /// The same by the definition: a branch is all the keys that begin with the same bits.
-    fn brute_force(keys: &[u64], start: usize, most: usize) -> usize {
+    /// The size of the branch by its definition: all the keys that begin with the same bits.
+    fn brute_force(keys: &[u64], start: usize, limit: usize) -> usize {
         let of_branch = |bits: u32| {
             let same = |key: &&u64| key.checked_shr(bits) == keys[start].checked_shr(bits);
             (keys.iter().position(|key| same(&key)), keys.iter().filter(same).count())
         };
         (0..=64)
             .map(of_branch)
-            .filter(|&(first, count)| first == Some(start) && count <= most)
+            .filter(|&(first, count)| first == Some(start) && count <= limit)
             .map(|it| it.1)
             .max()
             .unwrap()
@@ -190,11 +196,11 @@ mod tests {
                 keys.push(u64::MAX);
                 keys.sort_unstable();
                 keys.dedup();
-                for most in 1..=4 {
+                for limit in 1..=4 {
                     let (mut start, mut before) = (0, 0);
                     while start < keys.len() {
-                        let (count, after) = branch_at(&keys, start, before, most);
-                        assert_eq!(count, brute_force(&keys, start, most), "{keys:?}, {start}, {most}");
+                        let (count, after) = branch_at(&keys, start, before, limit);
+                        assert_eq!(count, brute_force(&keys, start, limit), "{keys:?}, {start}, {limit}");
                         (start, before) = (start + count, after);
                     }
                 }

@@ -1,35 +1,36 @@
-//! From merged clusters to a tree: nodes in depth-first order, primitives in the order of the leaves, paths bounded.
+//! Writing a tree of merged clusters: nodes in depth-first order, primitives in the order of the
+//! leaves, paths bounded.
 //!
-//! Pairs lie in the order in which they were made, and on the whole what is further right was made later. So the walk goes from right to left: then it reads them
-//! backwards, nearly one after the other.
+//! Pairs are in the order in which they were merged, mostly from left to right. So the tree is
+//! written from right to left, which reads the pairs backwards, nearly sequentially.
 
 use super::pair::{Half, Pair, half};
 use crate::geometry::Aabb;
 use crate::simd::{Isa, Kernel, Level};
 use crate::tree::{Link, MAX_DEPTH, Node};
 
-/// What stands below one node, about to be written.
+/// The output of the subtree below one node.
 pub(super) struct Subtree<'a> {
     pub(super) pairs: &'a [Pair],
     pub(super) chains: &'a [u64],
-    /// All nodes below, and the number of the first of them.
+    /// The nodes below, and the index of the first.
     pub(super) below: &'a mut [Node],
     pub(super) below_at: u32,
-    /// All primitives, and the place of the first of them.
+    /// The primitives, and the index of the first.
     pub(super) primitives: &'a mut [u32],
-    pub(super) first_place: u32,
+    pub(super) primitives_at: u32,
 }
 
-/// Half of a pair.
+/// One child of a pair: the root of a subtree to be written.
 #[derive(Clone, Copy)]
-pub(super) struct Top {
+pub(super) struct SubtreeRoot {
     pub(super) bounds: Aabb,
     pub(super) link: u32,
-    /// Nodes on the longest path from here.
+    /// The number of nodes on the longest path from here.
     pub(super) height: u32,
 }
 
-impl Top {
+impl SubtreeRoot {
     fn halves(pair: &Pair) -> [Self; 2] {
         [0, 1].map(|half| Self { bounds: pair.bounds[half], link: pair.links[half], height: pair.heights[half] })
     }
@@ -41,15 +42,16 @@ pub(super) fn balanced_height(leaves: usize) -> usize {
 }
 
 impl Subtree<'_> {
-    /// Writes what is below `top`, which is the `depth`th node of its path, and gives its own node.
-    pub(super) fn write(self, level: Level, top: Top, depth: usize) -> Node {
-        level.run(Write { subtree: self, top, depth })
+    /// Writes all nodes below `root`, which is at depth `depth` (1 for the root), and returns its
+    /// own node.
+    pub(super) fn write(self, level: Level, root: SubtreeRoot, depth: usize) -> Node {
+        level.run(Write { subtree: self, root, depth })
     }
 }
 
 struct Write<'a> {
     subtree: Subtree<'a>,
-    top: Top,
+    root: SubtreeRoot,
     depth: usize,
 }
 
@@ -59,7 +61,7 @@ impl Kernel for Write<'_> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Node {
         let to_place = self.subtree.primitives.len();
-        Writer { isa, nodes: 0, to_place, subtree: self.subtree }.write(self.top, self.depth)
+        Writer { isa, nodes: 0, to_place, subtree: self.subtree }.write(self.root, self.depth)
     }
 }
 
@@ -67,62 +69,63 @@ struct Writer<'a, I> {
     isa: I,
     subtree: Subtree<'a>,
     nodes: usize,
-    /// Primitives that have no place yet: the first ones.
+    /// The number of primitives that are not written yet; they are written from the last to the
+    /// first.
     to_place: usize,
 }
 
-/// How far ahead pairs are asked for.
-const AHEAD: usize = 16;
+/// The prefetch distance for pairs.
+const PREFETCH_DISTANCE: usize = 16;
 
 impl<I: Isa> Writer<'_, I> {
-    fn write(&mut self, top: Top, depth: usize) -> Node {
-        match half(top.link) {
-            Half::Leaf { place, count } => self.write_leaf(&top.bounds, place, count),
+    fn write(&mut self, root: SubtreeRoot, depth: usize) -> Node {
+        match half(root.link) {
+            Half::Leaf { index, count } => self.write_leaf(&root.bounds, index, count),
             Half::Pair(pair) => {
-                let halves = Top::halves(&self.subtree.pairs[pair]);
-                self.isa.prefetch(self.subtree.pairs, pair.saturating_sub(AHEAD));
+                let halves = SubtreeRoot::halves(&self.subtree.pairs[pair]);
+                self.isa.prefetch(self.subtree.pairs, pair.saturating_sub(PREFETCH_DISTANCE));
                 if let Half::Pair(left) = half(halves[0].link) {
                     self.isa.prefetch(self.subtree.pairs, left);
                 }
-                if depth + top.height as usize > MAX_DEPTH + 1 && !halves.iter().all(|half| self.has_room(half, depth))
-                {
+                if depth + root.height as usize > MAX_DEPTH + 1 && !halves.iter().all(|half| self.fits(half, depth)) {
                     let mut leaves = Vec::new();
-                    self.leaves_below(&top, &mut leaves);
+                    self.leaves_below(&root, &mut leaves);
                     return self.write_balanced(&leaves);
                 }
                 let first = self.two_nodes();
                 for at in [1, 0] {
                     self.subtree.below[first + at] = self.write(halves[at], depth + 1);
                 }
-                Node { bounds: top.bounds, link: self.link_to(first) }
+                Node { bounds: root.bounds, link: self.link_to(first) }
             }
         }
     }
 
-    /// Whether a child of the `depth`th node of a path can keep promise 6, if it is rebuilt.
-    fn has_room(&self, child: &Top, depth: usize) -> bool {
+    /// Whether a child of a node at this depth fits the depth limit (promise 6) if it is
+    /// rebalanced.
+    fn fits(&self, child: &SubtreeRoot, depth: usize) -> bool {
         let mut leaves = Vec::new();
         self.leaves_below(child, &mut leaves);
         depth + balanced_height(leaves.len()) <= MAX_DEPTH
     }
 
-    /// The leaves below, from left to right.
-    fn leaves_below(&self, top: &Top, leaves: &mut Vec<Top>) {
-        let mut pending = vec![*top];
+    /// Appends the leaves below, from left to right.
+    fn leaves_below(&self, root: &SubtreeRoot, leaves: &mut Vec<SubtreeRoot>) {
+        let mut pending = vec![*root];
         while let Some(next) = pending.pop() {
             match half(next.link) {
                 Half::Leaf { .. } => leaves.push(next),
-                Half::Pair(pair) => pending.extend(Top::halves(&self.subtree.pairs[pair]).into_iter().rev()),
+                Half::Pair(pair) => pending.extend(SubtreeRoot::halves(&self.subtree.pairs[pair]).into_iter().rev()),
             }
         }
     }
 
-    /// Splits at the middle until one is left. The recursion is as deep as the tree it makes.
-    fn write_balanced(&mut self, leaves: &[Top]) -> Node {
+    /// Writes a balanced tree over the leaves. The recursion is as deep as the tree.
+    fn write_balanced(&mut self, leaves: &[SubtreeRoot]) -> Node {
         if let [leaf] = leaves
-            && let Half::Leaf { place, count } = half(leaf.link)
+            && let Half::Leaf { index, count } = half(leaf.link)
         {
-            return self.write_leaf(&leaf.bounds, place, count);
+            return self.write_leaf(&leaf.bounds, index, count);
         }
         let first = self.two_nodes();
         let (left, right) = leaves.split_at(leaves.len().div_ceil(2));
@@ -132,20 +135,20 @@ impl<I: Isa> Writer<'_, I> {
         Node { bounds: pair[0].bounds.union(&pair[1].bounds), link: self.link_to(first) }
     }
 
-    fn write_leaf(&mut self, bounds: &Aabb, mut place: usize, count: usize) -> Node {
+    fn write_leaf(&mut self, bounds: &Aabb, mut index: usize, count: usize) -> Node {
         let end = self.to_place;
         self.to_place -= count;
         for primitive in &mut self.subtree.primitives[self.to_place..end] {
-            let chain = self.subtree.chains[place];
+            let chain = self.subtree.chains[index];
             *primitive = chain as u32;
-            place = (chain >> 32) as usize;
+            index = (chain >> 32) as usize;
         }
-        let first = self.subtree.first_place;
+        let first = self.subtree.primitives_at;
         let range = first + self.to_place as u32..first + end as u32;
         Node { bounds: *bounds, link: Link::primitives(range) }
     }
 
-    /// Room for two children: where the first stands among the nodes below.
+    /// Allocates two children and returns the index of the first among the nodes below.
     fn two_nodes(&mut self) -> usize {
         self.nodes += 2;
         self.nodes - 2

@@ -1,11 +1,14 @@
 //! Bottom-up construction by clustering neighbours along a space-filling curve.
 //!
-//! Primitives are sorted along a Morton curve. Each branch of the tree that the codes make is merged down to a few clusters, which look a few places left and
-//! right for the partner that makes the smallest box; mutual choices merge. Then they wait for the clusters of the neighbouring branch, with
-//! which they go on. So all merging takes place among a few dozen clusters, in a cache.
+//! Primitives are sorted along a Morton curve. Each branch of the radix tree over the codes is
+//! merged down to a few clusters: each cluster searches a few neighbours left and right for the one
+//! with the smallest joint box, and mutual choices merge. Then merging goes on with the clusters of
+//! the sibling branch. So all merging takes place among a few dozen clusters, in the first-level
+//! cache.
 //!
-//! Meister and Bittner 2018, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction"; in branches after Benthin,
-//! Meister, Barczak, Mehalwal, Tsakok and Kensler 2024, "H-PLOC: Hierarchical Parallel Locally-Ordered Clustering".
+//! Meister and Bittner 2018, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
+//! Construction"; in branches after Benthin, Meister, Barczak, Mehalwal, Tsakok and Kensler 2024,
+//! "H-PLOC: Hierarchical Parallel Locally-Ordered Clustering".
 
 mod chunk;
 mod emit;
@@ -16,7 +19,7 @@ mod tests;
 mod top;
 
 use chunk::{Chunk, Task, fork};
-use top::Top;
+use top::ChunkJoiner;
 
 use super::BuildOptions;
 use super::grow::unfinished;
@@ -29,20 +32,23 @@ use crate::simd::Level;
 use crate::threads::Threads;
 use crate::tree::Bvh;
 
-/// Bits of a code, at most: finer ones cost a pass of sorting and gain nothing.
+/// The largest number of bits of a Morton code: more would need another sorting pass and do not
+/// improve trees.
 const CODE_BITS: u32 = 44;
 
-/// Primitives of a branch that becomes a leaf at once, at most.
+/// The largest branch that becomes a leaf without a comparison of costs.
 const FULL_LEAF: u32 = 4;
 
-/// The codes of so many primitives are made bit by bit: to fill tables for them would take longer.
-const FEW: usize = 64;
+/// Up to this many primitives, codes are computed bit by bit, because filling the tables would take
+/// longer.
+const BIT_BY_BIT_LIMIT: usize = 64;
 
-/// Boxes and codes that are made at one go, by one thread.
+/// Boxes and codes per parallel task.
 const CHUNK: usize = 4096;
 
-/// A tree over primitives 0, 1, ... below `count`, whose boxes `bounds_of` knows. Primitives with an empty box are left out. The same tree
-/// for any number of threads, and on any processor.
+/// Builds a tree over primitives 0 to `count - 1`, whose boxes `bounds_of` returns. Primitives with
+/// an empty box are left out. The tree depends neither on the number of threads nor on the
+/// processor.
 ///
 /// # Panics
 /// When there are more primitives than 2^27.
@@ -50,8 +56,9 @@ pub fn build_clustered(count: usize, bounds_of: impl Fn(u32) -> Aabb + Sync, opt
     clustered_at(Level::current(), count, bounds_of, options, 1)
 }
 
-/// The same in less time, and with costs that are a few per cent higher: whole branches of up to [`FULL_LEAF`] primitives become leaves at once, where a
-/// box costs as much as the tests behind it.
+/// As [`build_clustered`], in less time, with costs that are a few per cent higher: whole branches
+/// of up to [`FULL_LEAF`] primitives become leaves at once, where a node visit costs as much as the
+/// tests in it.
 pub(crate) fn clustered_from_branches(
     count: usize,
     bounds_of: impl Fn(u32) -> Aabb + Sync,
@@ -68,7 +75,7 @@ fn clustered_at(
     options: &BuildOptions,
     first_leaf: u32,
 ) -> Bvh {
-    assert!(count <= pair::MAX_PRIMITIVES, "{count} primitives have no room in a tree");
+    assert!(count <= pair::MAX_PRIMITIVES, "{count} primitives are more than a tree can have");
     let threads = &options.threads;
     let (boxes, summary) = BoxSummary::of(count, &bounds_of, threads);
     if summary.primitives == 0 {
@@ -86,7 +93,7 @@ fn clustered_at(
         node_cost: options.node_cost,
         level,
     };
-    let mut top = Top::new(level);
+    let mut top = ChunkJoiner::new(level);
     let mut chunks = Vec::new();
     split(&mut keys, &mut chunks, &mut top);
     threads.begin_stage(0.8, summary.primitives);
@@ -99,13 +106,14 @@ fn clustered_at(
     if threads.is_cancelled() {
         return unfinished(summary.centers, 0);
     }
-    // The tree can have their memory.
+    // Freed before the tree is allocated.
     drop(boxes);
     top.tree(&mut chunks, threads)
 }
 
-/// Cuts the curve where branches have become small enough, and lists for the top of the tree in which order they come together.
-fn split<'a>(keys: &'a mut [u64], chunks: &mut Vec<Chunk<'a>>, top: &mut Top) {
+/// Divides the curve into branches of at most [`GRAIN`] keys, and records in which order the top of
+/// the tree joins them.
+fn split<'a>(keys: &'a mut [u64], chunks: &mut Vec<Chunk<'a>>, top: &mut ChunkJoiner) {
     if keys.len() <= GRAIN {
         chunks.push(Chunk { keys, pairs: Vec::new(), clusters: Vec::new() });
         top.then_chunk();
@@ -117,21 +125,21 @@ fn split<'a>(keys: &'a mut [u64], chunks: &mut Vec<Chunk<'a>>, top: &mut Top) {
     top.then_join();
 }
 
-/// What has to be known of all boxes.
+/// What the curve needs to know about all boxes.
 struct BoxSummary {
     centers: Aabb,
-    /// Whose box is not empty.
+    /// The number of primitives whose box is not empty.
     primitives: usize,
 }
 
 impl BoxSummary {
-    /// All boxes, those without a point empty, and what has to be known of them.
+    /// All boxes, with those that contain no point replaced by the empty one, and their summary.
     fn of(count: usize, bounds_of: &(impl Fn(u32) -> Aabb + Sync), threads: &Threads) -> (Vec<Aabb>, Self) {
         let (boxes, parts) = vec_in_chunks(count, CHUNK, threads, &|first, chunk| {
             let mut part = Self { centers: Aabb::EMPTY, primitives: 0 };
             for id in first..first + chunk.size() {
                 let bounds = bounds_of(id as u32);
-                let is_there = holds_something(&bounds);
+                let is_there = has_point(&bounds);
                 if is_there {
                     part.centers = part.centers.extended(bounds.center());
                     part.primitives += 1;
@@ -145,10 +153,10 @@ impl BoxSummary {
         (boxes, parts.into_iter().fold(Self { centers: Aabb::EMPTY, primitives: 0 }, both))
     }
 
-    /// For each primitive its place on the curve, and its number.
+    /// For each primitive, its Morton code followed by its index.
     fn keys(&self, boxes: &[Aabb], primitive_bits: u32, threads: &Threads) -> Vec<u64> {
         let curve = Curve::through(&self.centers, CODE_BITS.min(64 - primitive_bits));
-        if boxes.len() <= FEW {
+        if boxes.len() <= BIT_BY_BIT_LIMIT {
             return self.keys_along(boxes, primitive_bits, threads, |point| curve.code(point));
         }
         let curve = curve.tabled();
@@ -164,7 +172,7 @@ impl BoxSummary {
     ) -> Vec<u64> {
         let key = |id: usize| code(boxes[id].center()) << primitive_bits | id as u64;
         if self.primitives < boxes.len() {
-            return (0..boxes.len()).filter(|&id| holds_something(&boxes[id])).map(key).collect();
+            return (0..boxes.len()).filter(|&id| has_point(&boxes[id])).map(key).collect();
         }
         let write = |first: usize, chunk: &mut ChunkWriter<'_, u64>| {
             (first..first + chunk.size()).for_each(|id| chunk.push(key(id)));
@@ -173,7 +181,7 @@ impl BoxSummary {
     }
 }
 
-/// Whether a box has a point. One that is inside out, or has a NaN, has none.
-fn holds_something(bounds: &Aabb) -> bool {
+/// Whether a box contains a point. An inverted box, and one with a NaN, does not.
+fn has_point(bounds: &Aabb) -> bool {
     (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis])
 }

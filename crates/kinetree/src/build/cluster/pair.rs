@@ -1,33 +1,33 @@
-//! What clusters are made of, while they are merged.
+//! Clusters and the pairs that they merge into.
 
 use crate::geometry::Aabb;
 
 const LEAF: u32 = 1 << 31;
 const COUNT_SHIFT: u32 = 27;
-const PLACE_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+const INDEX_MASK: u32 = (1 << COUNT_SHIFT) - 1;
 
-/// The most primitives there can be, so that their places fit beside a count.
+/// The largest number of primitives: their indices must fit beside a count in a link.
 pub(super) const MAX_PRIMITIVES: usize = 1 << COUNT_SHIFT;
 
-/// A box, and what is in it.
+/// A cluster: its box and its contents.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cluster {
     pub(super) bounds: Aabb,
     pub(super) kind: Kind,
 }
 
-/// What is in a cluster.
+/// The contents of a cluster.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Kind {
-    /// The number of a pair; or, of a leaf, the place of its first primitive, and how many follow.
+    /// The index of a pair; or, for a leaf, the index of its first primitive and their number.
     pub(super) link: u32,
     pub(super) primitives: u32,
     pub(super) leaves: u32,
-    /// Nodes on the longest path; 1 for a leaf.
+    /// The number of nodes on the longest path; 1 for a leaf.
     pub(super) height: u32,
 }
 
-/// The two halves of a merged cluster, in a cache line.
+/// The two children of a merged cluster, in one cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Pair {
@@ -38,17 +38,17 @@ pub(super) struct Pair {
 
 const _: () = assert!(size_of::<Pair>() == 64);
 
-/// What a link of a pair says.
+/// An unpacked link of a pair.
 pub(super) enum Half {
     Pair(usize),
-    Leaf { place: usize, count: usize },
+    Leaf { index: usize, count: usize },
 }
 
 pub(super) fn half(link: u32) -> Half {
     if link & LEAF == 0 {
         Half::Pair(link as usize)
     } else {
-        Half::Leaf { place: (link & PLACE_MASK) as usize, count: (link >> COUNT_SHIFT & 15) as usize }
+        Half::Leaf { index: (link & INDEX_MASK) as usize, count: (link >> COUNT_SHIFT & 15) as usize }
     }
 }
 
@@ -66,27 +66,28 @@ impl Pair {
 impl Kind {
     /// A leaf with one primitive.
     #[inline(always)]
-    pub(super) fn single(place: usize) -> Self {
-        Self::leaf(place, 1)
+    pub(super) fn single(index: usize) -> Self {
+        Self::leaf(index, 1)
     }
 
-    /// A leaf whose first primitive has this place.
+    /// A leaf whose first primitive is at this index of the chunk.
     #[inline(always)]
-    pub(super) fn leaf(place: usize, count: usize) -> Self {
+    pub(super) fn leaf(index: usize, count: usize) -> Self {
         let primitives = count as u32;
-        Self { link: LEAF | primitives << COUNT_SHIFT | place as u32, primitives, leaves: 1, height: 1 }
+        Self { link: LEAF | primitives << COUNT_SHIFT | index as u32, primitives, leaves: 1, height: 1 }
     }
 
-    /// One leaf of two: a chain leads from the last primitive of this one to the first of the other. A link of a chain holds the primitive in its
-    /// lower half, and the place of the next in its upper half.
+    /// Joins two leaves: the last primitive of this one is linked to the first of the other. An
+    /// entry of `chains` holds the primitive in its lower half and the index of the next entry in
+    /// its upper half.
     #[inline(always)]
     pub(super) fn chained(&self, other: &Self, chains: &mut [u64]) -> Self {
-        let mut last = (self.link & PLACE_MASK) as usize;
+        let mut last = (self.link & INDEX_MASK) as usize;
         for _ in 1..self.primitives {
             last = (chains[last] >> 32) as usize;
         }
-        chains[last] |= u64::from(other.link & PLACE_MASK) << 32;
+        chains[last] |= u64::from(other.link & INDEX_MASK) << 32;
         let primitives = self.primitives + other.primitives;
-        Self { link: LEAF | primitives << COUNT_SHIFT | self.link & PLACE_MASK, primitives, leaves: 1, height: 1 }
+        Self { link: LEAF | primitives << COUNT_SHIFT | self.link & INDEX_MASK, primitives, leaves: 1, height: 1 }
     }
 }

@@ -1,4 +1,4 @@
-//! What the clustering promises, awkward input first.
+//! The promises of clustered trees, awkward input first.
 
 use std::sync::Arc;
 
@@ -22,12 +22,13 @@ fn random_boxes(seed: u64, count: usize, spread: f32, size: f32) -> Vec<Aabb> {
         .collect()
 }
 
-/// Each around the one before, all in a corner: the smallest two are always merged first, and make a path as long as there are boxes.
+/// Nested boxes with a common corner: the smallest two are always merged first, so the path is as
+/// long as the list.
 fn russian_dolls(count: i32) -> Vec<Aabb> {
     (0..count).map(|i| Aabb::new([0.0; 3], [1.1_f32.powi(i); 3])).collect()
 }
 
-/// Each with each builder.
+/// Each input with each builder.
 fn awkward_builds() -> impl Iterator<Item = (&'static str, Vec<Aabb>, Build)> {
     awkward().into_iter().flat_map(|(name, boxes)| BUILDS.map(|build| (name, boxes.clone(), build)))
 }
@@ -88,13 +89,12 @@ fn every_input_keeps_the_promises() {
             assert_eq!(bvh.validate(), Ok(()), "{name}");
             let mut primitives = bvh.primitives().to_vec();
             primitives.sort_unstable();
-            let expected: Vec<u32> =
-                (0..boxes.len() as u32).filter(|&id| holds_something(&boxes[id as usize])).collect();
+            let expected: Vec<u32> = (0..boxes.len() as u32).filter(|&id| has_point(&boxes[id as usize])).collect();
             assert_eq!(primitives, expected, "{name}");
             for node in bvh.nodes() {
-                if let Target::Primitives(places) = node.link.target() {
-                    assert!(places.len() <= max_leaf as usize, "{name}");
-                    let inside = &bvh.primitives()[places.start as usize..places.end as usize];
+                if let Target::Primitives(range) = node.link.target() {
+                    assert!(range.len() <= max_leaf as usize, "{name}");
+                    let inside = &bvh.primitives()[range.start as usize..range.end as usize];
                     let around = inside.iter().fold(Aabb::EMPTY, |all, &id| all.union(&boxes[id as usize]));
                     assert_eq!(node.bounds, around, "{name}");
                 }
@@ -112,9 +112,9 @@ fn primitives_stand_in_the_order_of_the_leaves() {
         while let Some(node) = pending.pop() {
             match bvh.nodes()[node as usize].link.target() {
                 Target::Node(first) => pending.extend([first + 1, first]),
-                Target::Primitives(places) => {
-                    assert_eq!(places.start, next, "{name}");
-                    next = places.end;
+                Target::Primitives(range) => {
+                    assert_eq!(range.start, next, "{name}");
+                    next = range.end;
                 }
             }
         }
@@ -143,7 +143,7 @@ fn endless_paths_are_cut_short_in_a_chunk_and_above() {
     assert_eq!(bvh.depth(), MAX_DEPTH);
 
     let mut keys: Vec<u64> = (0..300).collect();
-    let mut top = Top::new(Level::current());
+    let mut top = ChunkJoiner::new(Level::current());
     let mut chunks: Vec<Chunk<'_>> = Vec::new();
     for (bounds, keys) in boxes.iter().zip(keys.chunks_mut(1)) {
         chunks.push(Chunk {

@@ -1,7 +1,7 @@
-//! The top of the tree: what is left of the chunks is merged, and the whole is written down.
+//! The top of the tree: merges the clusters that the chunks have left, and writes the whole tree.
 
 use super::super::reference::GRAIN;
-use super::active_clusters::{ActiveClusters, FEW, Merger, RADIUS};
+use super::active_clusters::{ActiveClusters, Merger, RADIUS, REDUCED};
 use super::chunk::Chunk;
 use super::emit::{self, Subtree, balanced_height};
 use super::pair::{Cluster, Half, Kind, Pair, half};
@@ -11,29 +11,29 @@ use crate::simd::Level;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node};
 
-/// Brings chunks together.
-pub(super) struct Top {
+/// The order in which chunks are joined.
+pub(super) struct ChunkJoiner {
     steps: Vec<Step>,
     level: Level,
 }
 
 enum Step {
-    /// The clusters of the next chunk.
+    /// Pushes the clusters of the next chunk.
     Chunk,
-    /// The last two branches become one.
+    /// Joins the last two branches.
     Join,
 }
 
-/// A cluster that a chunk has left.
-struct Piece {
+/// A cluster of a chunk: a leaf of the top.
+struct TopLeaf {
     chunk: usize,
     kind: Kind,
 }
 
-/// Leaves of the top are pieces, and stay alone.
+/// Leaves of the top are never joined.
 const NO_CHAINS: u32 = 1;
 
-impl Top {
+impl ChunkJoiner {
     pub(super) fn new(level: Level) -> Self {
         Self { steps: Vec::new(), level }
     }
@@ -48,21 +48,21 @@ impl Top {
 
     /// The tree over all chunks.
     pub(super) fn tree(&self, chunks: &mut [Chunk<'_>], threads: &Threads) -> Bvh {
-        let (mut pieces, mut clusters) = (Vec::new(), Vec::new());
+        let (mut top_leaves, mut clusters) = (Vec::new(), Vec::new());
         for (number, chunk) in chunks.iter().enumerate() {
             for cluster in &chunk.clusters {
-                clusters.push(Cluster { bounds: cluster.bounds, kind: Kind::single(pieces.len()) });
-                pieces.push(Piece { chunk: number, kind: cluster.kind });
+                clusters.push(Cluster { bounds: cluster.bounds, kind: Kind::single(top_leaves.len()) });
+                top_leaves.push(TopLeaf { chunk: number, kind: cluster.kind });
             }
         }
-        let mut pairs = Vec::with_capacity(pieces.len());
+        let mut pairs = Vec::with_capacity(top_leaves.len());
         let mut root = self.merge(&clusters, chunks, &mut pairs);
-        // A chunk has room for a balanced tree below.
+        // Each chunk must be able to fit a balanced tree below its root.
         if root.kind.height as usize + balanced_height(GRAIN) > MAX_DEPTH {
             pairs.clear();
             root = balanced(&clusters, &mut pairs);
         }
-        write(self.level, &root, &pairs, &pieces, chunks, threads)
+        write(self.level, &root, &pairs, &top_leaves, chunks, threads)
     }
 
     fn merge(&self, clusters: &[Cluster], chunks: &[Chunk<'_>], pairs: &mut Vec<Pair>) -> Cluster {
@@ -82,7 +82,7 @@ impl Top {
                     let both = chunks.pop().unwrap_or(0) + chunks.pop().unwrap_or(0);
                     active.clear();
                     waiting.drain(waiting.len() - both..).for_each(|cluster| active.push(&cluster));
-                    active.reduce(FEW, RADIUS, self.level, &mut merger);
+                    active.reduce(REDUCED, RADIUS, self.level, &mut merger);
                     let before = waiting.len();
                     waiting.extend(active.clusters());
                     chunks.push(waiting.len() - before);
@@ -96,7 +96,7 @@ impl Top {
     }
 }
 
-/// Halves clusters until one is left.
+/// Merges clusters into a balanced tree.
 fn balanced(clusters: &[Cluster], pairs: &mut Vec<Pair>) -> Cluster {
     if let [cluster] = clusters {
         return *cluster;
@@ -118,34 +118,34 @@ fn write(
     level: Level,
     root: &Cluster,
     pairs: &[Pair],
-    pieces: &[Piece],
+    top_leaves: &[TopLeaf],
     chunks: &[Chunk<'_>],
     threads: &Threads,
 ) -> Bvh {
-    let leaves: u32 = pieces.iter().map(|piece| piece.kind.leaves).sum();
-    let count: u32 = pieces.iter().map(|piece| piece.kind.primitives).sum();
+    let leaves: u32 = top_leaves.iter().map(|top_leaf| top_leaf.kind.leaves).sum();
+    let count: u32 = top_leaves.iter().map(|top_leaf| top_leaf.kind.primitives).sum();
     let size = 2 * leaves as usize - 1;
     let mut nodes = vec_in_large_pages(size);
     nodes.resize(size, Node { bounds: Aabb::EMPTY, link: Link::UNUSED });
     let mut primitives = vec![0; count as usize];
-    let top_size = 2 * pieces.len() - 1;
+    let top_size = 2 * top_leaves.len() - 1;
     let (top, below) = nodes.split_at_mut(top_size);
-    let mut plan = Plan { pairs, pieces, chunks, top, used: 1, jobs: Vec::with_capacity(pieces.len()) };
-    let mut room = Room { below, below_at: top_size as u32, primitives: &mut primitives, first_place: 0 };
-    plan.visit(root.bounds, root.kind.link, 0, 1, &mut room);
-    let Plan { mut jobs, .. } = plan;
+    let mut plan = TopWriter { pairs, top_leaves, chunks, top, used: 1, jobs: Vec::with_capacity(top_leaves.len()) };
+    let mut output = Output { below, below_at: top_size as u32, primitives: &mut primitives, primitives_at: 0 };
+    plan.visit(root.bounds, root.kind.link, 0, 1, &mut output);
+    let TopWriter { mut jobs, .. } = plan;
     threads.for_each(&mut jobs, 4, &|_, job| job.run(level));
     let roots: Vec<(usize, Node)> = jobs.into_iter().map(|job| (job.at, job.node)).collect();
     roots.into_iter().for_each(|(at, node)| nodes[at] = node);
     Bvh::from_parts(nodes, primitives, count)
 }
 
-/// A piece to be written.
+/// The task of writing the subtree of a chunk's cluster.
 struct Job<'a> {
     subtree: Option<Subtree<'a>>,
-    root: emit::Top,
+    root: emit::SubtreeRoot,
     depth: usize,
-    /// Where its own node belongs.
+    /// The index of its root.
     at: usize,
     node: Node,
 }
@@ -158,51 +158,52 @@ impl Job<'_> {
     }
 }
 
-struct Plan<'a, 'b> {
+struct TopWriter<'a, 'b> {
     pairs: &'a [Pair],
-    pieces: &'a [Piece],
+    top_leaves: &'a [TopLeaf],
     chunks: &'a [Chunk<'a>],
     top: &'b mut [Node],
     used: usize,
     jobs: Vec<Job<'b>>,
 }
 
-/// What is not given away yet.
-struct Room<'a> {
+/// The output that is not assigned to a subtree yet.
+struct Output<'a> {
     below: &'a mut [Node],
     below_at: u32,
     primitives: &'a mut [u32],
-    first_place: u32,
+    primitives_at: u32,
 }
 
-impl<'a> Room<'a> {
+impl<'a> Output<'a> {
     fn take(&mut self, kind: &Kind, chunk: &'a Chunk<'_>) -> Subtree<'a> {
         let nodes = 2 * kind.leaves as usize - 2;
         let below = self.below.split_off_mut(..nodes).expect("there are nodes for all leaves");
         let primitives =
-            self.primitives.split_off_mut(..kind.primitives as usize).expect("there are places for all primitives");
+            self.primitives.split_off_mut(..kind.primitives as usize).expect("there are slots for all primitives");
         let subtree = Subtree {
             pairs: &chunk.pairs,
             chains: chunk.keys,
             below,
             below_at: self.below_at,
             primitives,
-            first_place: self.first_place,
+            primitives_at: self.primitives_at,
         };
         self.below_at += nodes as u32;
-        self.first_place += kind.primitives;
+        self.primitives_at += kind.primitives;
         subtree
     }
 }
 
-impl<'a: 'b, 'b> Plan<'a, 'b> {
-    /// Writes the nodes of the top, from left to right, and gives each piece its part of the rest.
-    fn visit(&mut self, bounds: Aabb, link: u32, at: usize, depth: usize, room: &mut Room<'b>) {
+impl<'a: 'b, 'b> TopWriter<'a, 'b> {
+    /// Writes the nodes of the top, from left to right, and assigns each subtree its part of the
+    /// output.
+    fn visit(&mut self, bounds: Aabb, link: u32, at: usize, depth: usize, output: &mut Output<'b>) {
         match half(link) {
-            Half::Leaf { place, .. } => {
-                let Piece { chunk, kind } = &self.pieces[place];
-                let root = emit::Top { bounds, link: kind.link, height: kind.height };
-                let subtree = Some(room.take(kind, &self.chunks[*chunk]));
+            Half::Leaf { index, .. } => {
+                let TopLeaf { chunk, kind } = &self.top_leaves[index];
+                let root = emit::SubtreeRoot { bounds, link: kind.link, height: kind.height };
+                let subtree = Some(output.take(kind, &self.chunks[*chunk]));
                 self.jobs.push(Job { subtree, root, depth, at, node: self.top[at] });
             }
             Half::Pair(pair) => {
@@ -211,7 +212,7 @@ impl<'a: 'b, 'b> Plan<'a, 'b> {
                 self.used += 2;
                 self.top[at] = Node { bounds, link: Link::node(first as u32) };
                 for half in 0..2 {
-                    self.visit(pair.bounds[half], pair.links[half], first + half, depth + 1, room);
+                    self.visit(pair.bounds[half], pair.links[half], first + half, depth + 1, output);
                 }
             }
         }

@@ -1,7 +1,8 @@
-//! How many more references than triangles there may be, and cutting the worst of them beforehand.
+//! The number of references per triangle, and pre-splitting of the triangles that waste most area.
 //!
-//! Cutting one box along its longest edge into k equal slabs leaves a diagonal triangle with about a k-th of its box area in all. So the summed area is least
-//! when a reference gets pieces in proportion to the root of the area that it wastes.
+//! Splitting a diagonal triangle into k equal slabs along its longest edge reduces the total area
+//! of its boxes to about a k-th. So the summed area is smallest if the number of slabs is
+//! proportional to the square root of the area that a reference wastes.
 
 use super::clipper::TriangleClipper;
 use crate::build::reference::{GRAIN, Reference};
@@ -9,62 +10,68 @@ use crate::geometry::{Aabb, Triangles};
 use crate::threads::Threads;
 use crate::tree::Node;
 
-/// The usual number of references per triangle, and the one for scenes of long diagonal triangles.
-const USUAL: f64 = 1.3;
-const MOST: f64 = 6.0;
+/// The usual number of references per triangle, and the largest, for scenes of long diagonal
+/// triangles.
+const USUAL_FACTOR: f64 = 1.3;
+const MAX_FACTOR: f64 = 6.0;
 
-/// With a waste up to the first the usual number suffices; from the second on the most are made. 2 is the waste of triangles that lie in axis-parallel planes.
+/// Waste is the summed half area of the boxes over the area of the triangles; it is 2 for triangles
+/// in axis-aligned planes. Up to the first value the usual number of references suffices; from the
+/// second on the largest is used.
 const LITTLE_WASTE: f64 = 4.0;
 const MUCH_WASTE: f64 = 20.0;
 
-/// Bytes that references beyond one per triangle may take while the tree is built (each comes with room for two nodes).
-const MOST_BYTES: usize = 2 << 30;
+/// The most memory for references beyond reference per triangle during a build, in bytes; each
+/// needs two nodes as well.
+const MAX_BYTES: usize = 2 << 30;
 const BYTES_EACH: usize = size_of::<Reference>() + 2 * size_of::<Node>();
 
-/// From this need on, some of the further references go to the worst beforehand; this share of them at the greatest need. On 200 000 random long diagonals no cut
-/// further down makes up for it: without it, rays met four times as many nodes; twice the share met a fifth more. With less waste it does harm.
-const NEED_OF_THE_WORST: f64 = 0.6;
-const SHARE_FOR_THE_WORST: f64 = 0.3;
+/// From this need on, a part of the additional references is spent on pre-splitting; this fraction
+/// of them at the greatest need. Measured on 200,000 random long diagonals: without pre-splitting,
+/// rays visit four times as many nodes, and with twice the fraction a fifth more. With less waste,
+/// pre-splitting does harm.
+const PRE_SPLIT_NEED: f64 = 0.6;
+const PRE_SPLIT_FRACTION: f64 = 0.3;
 
-/// A reference is cut into this many pieces beforehand, at most.
-const MOST_PIECES: f64 = 64.0;
+/// The largest number of slabs per triangle in pre-splitting.
+const MAX_SLABS: f64 = 64.0;
 
 pub(super) struct Budget {
-    /// References beyond one per triangle.
-    further: usize,
-    /// Of these, for the worst ones beforehand.
-    beforehand: usize,
+    /// Additional references, beyond reference per triangle.
+    additional: usize,
+    /// The part of these for pre-splitting.
+    pre_splits: usize,
 }
 
 impl Budget {
-    /// How many further references there are where little is wasted.
+    /// The number of additional references in scenes of little waste.
     pub(super) fn usual(triangles: usize) -> usize {
-        (triangles as f64 * (USUAL - 1.0)) as usize
+        (triangles as f64 * (USUAL_FACTOR - 1.0)) as usize
     }
 
     pub(super) fn of(references: &[Reference], triangles: &Triangles, threads: &Threads) -> Self {
-        let areas = |piece: &[Reference]| {
-            piece.iter().fold([0.0; 2], |[boxes, surfaces], one| {
-                let surface = f64::from(triangles.get(one.id).area());
-                [boxes + f64::from(one.bounds.half_area()), surfaces + surface]
+        let areas = |slice: &[Reference]| {
+            slice.iter().fold([0.0; 2], |[boxes, surfaces], reference| {
+                let surface = f64::from(triangles.get(reference.id).area());
+                [boxes + f64::from(reference.bounds.half_area()), surfaces + surface]
             })
         };
         let sum = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
         let [boxes, surfaces] = threads.reduce(references, GRAIN, &areas, &sum);
         let waste = boxes / surfaces;
-        // Nothing but lines and points: the boxes say nothing.
+        // All triangles are degenerate: the ratio is meaningless.
         let need = if waste.is_finite() {
             ((waste - LITTLE_WASTE) / (MUCH_WASTE - LITTLE_WASTE)).clamp(0.0, 1.0)
         } else {
             0.0
         };
-        let factor = USUAL + (MOST - USUAL) * need;
-        let further = ((references.len() as f64 * (factor - 1.0)) as usize).min(MOST_BYTES / BYTES_EACH);
-        let of_the_worst = ((need - NEED_OF_THE_WORST) / (1.0 - NEED_OF_THE_WORST)).max(0.0);
-        Self { further, beforehand: (further as f64 * SHARE_FOR_THE_WORST * of_the_worst) as usize }
+        let factor = USUAL_FACTOR + (MAX_FACTOR - USUAL_FACTOR) * need;
+        let additional = ((references.len() as f64 * (factor - 1.0)) as usize).min(MAX_BYTES / BYTES_EACH);
+        let pre_split = ((need - PRE_SPLIT_NEED) / (1.0 - PRE_SPLIT_NEED)).max(0.0);
+        Self { additional, pre_splits: (additional as f64 * PRE_SPLIT_FRACTION * pre_split) as usize }
     }
 
-    /// Cuts the worst, and says for how many more references there is room.
+    /// Pre-splits the references, and returns them with the number that may still be added.
     pub(super) fn pre_split(
         &self,
         references: Vec<Reference>,
@@ -73,55 +80,55 @@ impl Budget {
         threads: &Threads,
     ) -> (Vec<Reference>, usize) {
         let count = references.len();
-        if self.beforehand == 0 {
-            return (references, self.further);
+        if self.pre_splits == 0 {
+            return (references, self.additional);
         }
-        let mut shares = vec![0.0_f64; count];
-        threads.for_each(&mut shares, GRAIN, &|i, share| {
-            let one = &references[i];
-            let needed = 2.0 * f64::from(triangles.get(one.id).area());
-            let wasted = f64::from(one.bounds.half_area()) - needed;
-            *share = if wasted.is_finite() { wasted.max(0.0).sqrt() } else { 0.0 };
+        let mut weights = vec![0.0_f64; count];
+        threads.for_each(&mut weights, GRAIN, &|i, weight| {
+            let reference = &references[i];
+            let needed = 2.0 * f64::from(triangles.get(reference.id).area());
+            let wasted = f64::from(reference.bounds.half_area()) - needed;
+            *weight = if wasted.is_finite() { wasted.max(0.0).sqrt() } else { 0.0 };
         });
-        let scale = self.scale_of(&shares, threads);
-        let pieces = |share: f64| (share * scale).clamp(1.0, MOST_PIECES) as u32;
+        let scale = self.scale_of(&weights, threads);
+        let slab_count = |weight: f64| (weight * scale).clamp(1.0, MAX_SLABS) as u32;
         let mut slabs: Vec<(Reference, u32, u32)> = references
             .iter()
-            .zip(&shares)
-            .flat_map(|(&one, &share)| {
-                let count = pieces(share);
-                (0..count).map(move |slab| (one, slab, count))
+            .zip(&weights)
+            .flat_map(|(&reference, &weight)| {
+                let count = slab_count(weight);
+                (0..count).map(move |slab| (reference, slab, count))
             })
             .collect();
-        threads.for_each(&mut slabs, GRAIN / 16, &|_, (one, slab, count)| {
+        threads.for_each(&mut slabs, GRAIN / 16, &|_, (reference, slab, count)| {
             if *count > 1 {
-                one.bounds = slab_of(one, *slab, *count, clipper);
+                reference.bounds = slab_of(reference, *slab, *count, clipper);
             }
         });
-        slabs.retain(|(one, ..)| !one.bounds.is_empty());
-        let cut: Vec<Reference> = slabs.into_iter().map(|(one, ..)| one).collect();
-        let room = (count + self.further).saturating_sub(cut.len());
-        (cut, room)
+        slabs.retain(|(reference, ..)| !reference.bounds.is_empty());
+        let cut: Vec<Reference> = slabs.into_iter().map(|(reference, ..)| reference).collect();
+        let spare = (count + self.additional).saturating_sub(cut.len());
+        (cut, spare)
     }
 
-    /// Pieces for a share of one, so that the pieces of all use up what there is.
-    fn scale_of(&self, shares: &[f64], threads: &Threads) -> f64 {
-        let total = threads.reduce(shares, GRAIN, &|piece| piece.iter().sum::<f64>(), &|a, b| a + b);
-        let (mut low, mut high) = (0.0, (shares.len() + self.beforehand) as f64 / total);
+    /// The factor from weights to numbers of slabs at which all slabs together use up the budget.
+    fn scale_of(&self, weights: &[f64], threads: &Threads) -> f64 {
+        let total = threads.reduce(weights, GRAIN, &|slice| slice.iter().sum::<f64>(), &|a, b| a + b);
+        let (mut low, mut high) = (0.0, (weights.len() + self.pre_splits) as f64 / total);
         if !high.is_finite() {
             return 0.0;
         }
-        let further = |scale: f64| {
-            let more = |piece: &[f64]| -> u64 {
-                piece.iter().map(|share| (share * scale).clamp(1.0, MOST_PIECES) as u64 - 1).sum()
+        let additional = |scale: f64| {
+            let more = |slice: &[f64]| -> u64 {
+                slice.iter().map(|weight| (weight * scale).clamp(1.0, MAX_SLABS) as u64 - 1).sum()
             };
-            threads.reduce(shares, GRAIN, &more, &|a, b| a + b)
+            threads.reduce(weights, GRAIN, &more, &|a, b| a + b)
         };
-        // Rounding down leaves some over: so the limit lies a little above the plain ratio.
+        // Rounding down leaves some unused, so the result is a little above the plain ratio.
         high *= 2.0;
         for _ in 0..24 {
             let middle = 0.5 * (low + high);
-            if further(middle) <= self.beforehand as u64 {
+            if additional(middle) <= self.pre_splits as u64 {
                 low = middle;
             } else {
                 high = middle;
@@ -131,11 +138,11 @@ impl Budget {
     }
 }
 
-/// The piece of a reference in one of `count` equal slabs along its longest edge.
+/// The box of the part of a reference in reference of `count` equal slabs along its longest edge.
 fn slab_of(whole: &Reference, slab: u32, count: u32, clipper: &TriangleClipper<'_>) -> Aabb {
     let axis = whole.bounds.largest_axis();
     let (start, length) = (whole.bounds.min[axis], whole.bounds.extent()[axis]);
-    // Neighbours compute the same plane.
+    // Adjacent slabs compute the same plane.
     let plane = |i: u32| start + length * (i as f32 / count as f32);
     let mut region = whole.bounds;
     if slab > 0 {

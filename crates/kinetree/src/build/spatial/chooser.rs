@@ -1,4 +1,4 @@
-//! Whole references to either side, or a plane through them?
+//! The choice between object splits and spatial splits.
 
 use super::clipper::TriangleClipper;
 use super::cost::tests;
@@ -11,67 +11,69 @@ use crate::build::reference::{Reference, bounds_of};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
-/// Planes are looked for where the sides of the best cut between whole references overlap by more than this share of the root's area.
+/// Spatial splits are tried where the sides of the best object split overlap by more than this
+/// fraction of the root's area.
 ///
 /// The value is that of Stich et al. 2009.
-const OVERLAP_THAT_MATTERS: f32 = 1e-5;
+const MIN_OVERLAP: f32 = 1e-5;
 
-/// Sets of at most this many are not cut: among so few, planes are seldom worth it (one set in a hundred is cut, and rays gain nothing), but would take more than
-/// half of the time.
-const TOO_FEW: usize = 128;
+/// Sets of at most this many references have no spatial splits: among so few, they are seldom
+/// chosen (in one set of a hundred, without gain for rays), but would take more than half of the
+/// build time.
+const MAX_UNSPLIT_SET: usize = 128;
 
-pub(super) struct Chosen<'a> {
+pub(super) struct SpatialChooser<'a> {
     clipper: TriangleClipper<'a>,
     /// Square metres.
-    overlap_that_matters: f32,
+    min_overlap: f32,
     node_cost: f32,
     leaf_limit: usize,
 }
 
-impl<'a> Chosen<'a> {
-    pub(super) fn by(references: &[Reference], clipper: TriangleClipper<'a>, options: &BuildOptions) -> Self {
+impl<'a> SpatialChooser<'a> {
+    pub(super) fn new(references: &[Reference], clipper: TriangleClipper<'a>, options: &BuildOptions) -> Self {
         let root = bounds_of(references, &options.threads).half_area();
         Self {
             clipper,
-            overlap_that_matters: root * OVERLAP_THAT_MATTERS,
+            min_overlap: root * MIN_OVERLAP,
             node_cost: options.node_cost,
             leaf_limit: options.leaf_limit(),
         }
     }
 
     fn cut(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
-        // A box costs more than all the tests behind it.
+        // A node visit costs more than all the tests in it.
         if count <= self.leaf_limit && tests(count as u32) <= self.node_cost {
             return Cut::Leaf;
         }
-        let room = references.len() - count;
+        let spare = references.len() - count;
         let area = bounds.half_area();
         let object = ObjectCut::best(&mut references[..count], &tests, threads);
         let as_leaf =
             if count <= self.leaf_limit { area * (tests(count as u32) - self.node_cost) } else { f32::INFINITY };
         let to_beat = object.as_ref().map_or(as_leaf, |object| object.cost.min(as_leaf));
-        let overlaps = object.as_ref().is_none_or(|object| object.overlap() > self.overlap_that_matters);
-        if room > 0
-            && (count > TOO_FEW && overlaps && area.is_finite())
-            && let Some(plane) = best_plane(&references[..count], bounds, room, &self.clipper)
+        let overlaps = object.as_ref().is_none_or(|object| object.overlap() > self.min_overlap);
+        if spare > 0
+            && (count > MAX_UNSPLIT_SET && overlaps && area.is_finite())
+            && let Some(plane) = best_plane(&references[..count], bounds, spare, &self.clipper)
             && let Some(sides) = divide(references, count, &plane, to_beat, &self.clipper, threads)
         {
             return Cut::Sides(sides);
         }
         match object {
-            Some(object) if object.cost < as_leaf => object.carry_out(&mut references[..count]),
+            Some(object) if object.cost < as_leaf => object.apply(&mut references[..count]),
             _ => Cut::Leaf,
         }
     }
 }
 
-impl Chooser for Chosen<'_> {
+impl Chooser for SpatialChooser<'_> {
     fn choose(&self, references: &mut [Reference], bounds: &Aabb, threads: &Threads) -> Cut {
         let count = references.len();
         self.cut(references, count, bounds, threads)
     }
 
-    fn choose_with_room(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
+    fn choose_with_spare(&self, references: &mut [Reference], count: usize, bounds: &Aabb, threads: &Threads) -> Cut {
         self.cut(references, count, bounds, threads)
     }
 }

@@ -1,4 +1,4 @@
-//! Cutting a set of references with a plane.
+//! Dividing a set of references by a plane: spatial splits with unsplitting.
 
 use glam::{BVec3A, Vec3A};
 
@@ -11,12 +11,13 @@ use crate::build::reference::Reference;
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
-/// Fewer references than this are cut by one thread: cutting one takes a few hundred nanoseconds.
+/// References per parallel task of clipping, which takes a few hundred nanoseconds per reference.
 const CUT_GRAIN: usize = 512;
 
-/// Cuts the first `count` references with a plane, if that costs less than `to_beat`: what is below comes to the front, what is above stands behind. No more
-/// references are made than there is room for behind them. A reference for which standing on both sides would cost more than standing whole on one of
-/// them is not cut ("unsplitting"). If nothing comes of it, the references are what they were, in another order.
+/// Divides the first `count` references by a plane, if that costs less than `to_beat`: those below
+/// come first, those above follow. The slots after `count` are free and limit the number of
+/// references. A reference is not split if it costs less as a whole on one side ("unsplitting",
+/// Stich et al. 2009). If the result is `None`, the references are unchanged, but may be reordered.
 pub(super) fn divide(
     references: &mut [Reference],
     count: usize,
@@ -28,39 +29,43 @@ pub(super) fn divide(
     if plane.cost >= to_beat {
         return None;
     }
-    let room = references.len() - count;
+    let spare = references.len() - count;
     let sorted = Sorted::by(plane, &mut references[..count]);
     let crossed = sorted.below.count..sorted.below.count + sorted.crossed;
-    if plane.is_guess && sorted.cost(&references[crossed.clone()], plane, room, clipper, threads)? >= to_beat {
+    if plane.is_estimate && sorted.cost(&references[crossed.clone()], plane, spare, clipper, threads)? >= to_beat {
         return None;
     }
     let mut straddlers: Vec<Straddler> = references[crossed.clone()].iter().map(Straddler::of).collect();
-    threads.for_each(&mut straddlers, CUT_GRAIN, &|_, one| {
-        one.sides = clipper.sides(&one.whole, plane.axis, plane.position);
+    threads.for_each(&mut straddlers, CUT_GRAIN, &|_, straddler| {
+        straddler.sides = clipper.sides(&straddler.whole, plane.axis, plane.position);
     });
-    unsplit(&mut straddlers, &sorted, room);
+    unsplit(&mut straddlers, &sorted, spare);
     let mut sides = [sorted.below, sorted.above];
     for straddler in &straddlers {
-        for (side, piece) in sides.iter_mut().zip(&straddler.sides) {
-            side.add(piece);
+        for (side, part) in sides.iter_mut().zip(&straddler.sides) {
+            side.add(part);
         }
     }
     if sides.iter().any(|side| side.count == 0) {
         return None;
     }
-    // Where the straddlers stood there is place for the left pieces, then for right ones; further right ones go behind all.
-    let pieces = |side: usize| {
-        let stands = move |one: &Straddler| !one.sides[side].is_empty();
-        straddlers.iter().filter(move |one| stands(one)).map(move |one| Reference::new(one.sides[side], one.whole.id))
+    // The left parts replace the straddlers, then the right parts; the remaining right parts go to
+    // the end.
+    let parts = |side: usize| {
+        let is_present = move |straddler: &Straddler| !straddler.sides[side].is_empty();
+        straddlers
+            .iter()
+            .filter(move |straddler| is_present(straddler))
+            .map(move |straddler| Reference::new(straddler.sides[side], straddler.whole.id))
     };
-    let places = crossed.chain(count..count + room);
-    for (place, piece) in places.zip(pieces(0).chain(pieces(1))) {
-        references[place] = piece;
+    let slots = crossed.chain(count..count + spare);
+    for (slot, part) in slots.zip(parts(0).chain(parts(1))) {
+        references[slot] = part;
     }
     Some(sides.map(|side| Side { count: side.count, bounds: side.bounds.into() }))
 }
 
-/// What stands on a side of a plane.
+/// The references on one side of a plane.
 #[derive(Clone, Copy)]
 struct Half {
     count: usize,
@@ -72,14 +77,14 @@ impl Half {
         self.bounds.half_area() * tests(self.count as u32)
     }
 
-    /// One more, if it is not empty.
+    /// Adds a reference, if its box is not empty.
     fn add(&mut self, bounds: &Aabb) {
         if !bounds.is_empty() {
             *self = Self { count: self.count + 1, bounds: self.bounds.union(&bounds.into()) };
         }
     }
 
-    /// One of the references that are counted comes whole.
+    /// With one of the counted references as a whole.
     fn with(&self, whole: &Aabb) -> Self {
         Self { bounds: self.bounds.union(&whole.into()), ..*self }
     }
@@ -89,7 +94,7 @@ impl Half {
     }
 }
 
-/// References in the order: below the plane, crossed by it, above it.
+/// References partitioned into those below the plane, crossed by it, and above it.
 struct Sorted {
     below: Half,
     crossed: usize,
@@ -99,31 +104,32 @@ struct Sorted {
 impl Sorted {
     fn by(plane: &Plane, references: &mut [Reference]) -> Self {
         let Plane { axis, position, .. } = *plane;
-        let (below, around_below, _) = partition(references, |one| one.bounds.max[axis] <= position);
+        let (below, bounds_below, _) = partition(references, |reference| reference.bounds.max[axis] <= position);
         let rest = &mut references[below..];
-        let (crossed, _, around_above) = partition(rest, |one| one.bounds.min[axis] < position);
+        let (crossed, _, bounds_above) = partition(rest, |reference| reference.bounds.min[axis] < position);
         let above = rest.len() - crossed;
         Self {
-            below: Half { count: below, bounds: around_below },
+            below: Half { count: below, bounds: bounds_below },
             crossed,
-            above: Half { count: above, bounds: around_above },
+            above: Half { count: above, bounds: bounds_above },
         }
     }
 
-    /// What it costs to cut all that are crossed; nothing if there is not enough room for that, or if nothing would be divided.
+    /// The cost of splitting all crossed references; `None` if there are not enough free slots, or
+    /// if one side would be empty.
     fn cost(
         &self,
         crossed: &[Reference],
         plane: &Plane,
-        room: usize,
+        spare: usize,
         clipper: &TriangleClipper<'_>,
         threads: &Threads,
     ) -> Option<f32> {
-        let around = |piece: &[Reference]| {
+        let around = |slice: &[Reference]| {
             let mut sides = [FastBox::EMPTY; 2];
-            for one in piece {
-                let bounds = FastBox::of(one);
-                let halves = halves(plane.position, plane.axis, &clipper.triangles().get(one.id));
+            for reference in slice {
+                let bounds = FastBox::of(reference);
+                let halves = halves(plane.position, plane.axis, &clipper.triangles().get(reference.id));
                 for (side, half) in sides.iter_mut().zip(halves.unwrap_or([bounds; 2])) {
                     *side = side.union(&half.intersection(&bounds));
                 }
@@ -131,22 +137,20 @@ impl Sorted {
             sides
         };
         let both = |a: [FastBox; 2], b: [FastBox; 2]| [a[0].union(&b[0]), a[1].union(&b[1])];
-        let pieces = threads.reduce(crossed, CUT_GRAIN, &around, &both);
-        let side = |half: &Half, pieces: &FastBox| Half {
-            count: half.count + crossed.len(),
-            bounds: half.bounds.union(pieces),
-        };
-        let (below, above) = (side(&self.below, &pieces[0]), side(&self.above, &pieces[1]));
+        let parts = threads.reduce(crossed, CUT_GRAIN, &around, &both);
+        let side =
+            |half: &Half, parts: &FastBox| Half { count: half.count + crossed.len(), bounds: half.bounds.union(parts) };
+        let (below, above) = (side(&self.below, &parts[0]), side(&self.above, &parts[1]));
         let cost = below.cost() + above.cost();
-        (crossed.len() <= room && below.count > 0 && above.count > 0 && cost.is_finite()).then_some(cost)
+        (crossed.len() <= spare && below.count > 0 && above.count > 0 && cost.is_finite()).then_some(cost)
     }
 }
 
-/// Brings those that are to stand first to the front, without a branch that could be guessed wrongly; says how many they are, and what boxes are around them and
-/// around the others.
+/// Moves the references for which `is_first` holds to the front, without a branch that could be
+/// mispredicted. Returns their number, their box, and the box of the others.
 #[inline(always)]
 fn partition(references: &mut [Reference], is_first: impl Fn(&Reference) -> bool) -> (usize, FastBox, FastBox) {
-    let (mut first, mut around, mut around_others) = (0, FastBox::EMPTY, FastBox::EMPTY);
+    let (mut first, mut around, mut bounds_of_others) = (0, FastBox::EMPTY, FastBox::EMPTY);
     for i in 0..references.len() {
         let is = is_first(&references[i]);
         let (bounds, mask) = (FastBox::of(&references[i]), BVec3A::splat(is));
@@ -155,17 +159,17 @@ fn partition(references: &mut [Reference], is_first: impl Fn(&Reference) -> bool
             max: Vec3A::select(mask, bounds.max, Vec3A::NEG_INFINITY),
         };
         around = around.union(&masked(mask));
-        around_others = around_others.union(&masked(!mask));
+        bounds_of_others = bounds_of_others.union(&masked(!mask));
         references.swap(i, first);
         first += usize::from(is);
     }
-    (first, around, around_others)
+    (first, around, bounds_of_others)
 }
 
-/// A reference on both sides of the plane.
+/// A reference that the plane crosses.
 struct Straddler {
     whole: Reference,
-    /// What stands on either side; empty where nothing does.
+    /// The boxes of its parts on both sides; empty where there is none.
     sides: [Aabb; 2],
 }
 
@@ -175,12 +179,12 @@ impl Straddler {
     }
 }
 
-/// Decides for each whether it is cut or stands whole on one side.
-fn unsplit(straddlers: &mut [Straddler], sorted: &Sorted, mut room: usize) {
-    // What either side will hold, if all that have not been decided on are cut.
+/// Chooses for each straddler whether it is split or goes to one side as a whole.
+fn unsplit(straddlers: &mut [Straddler], sorted: &Sorted, mut spare: usize) {
+    // Both sides, if all remaining straddlers are split.
     let mut halves = [sorted.below, sorted.above];
-    for one in &*straddlers {
-        halves.iter_mut().zip(&one.sides).for_each(|(half, piece)| half.add(piece));
+    for straddler in &*straddlers {
+        halves.iter_mut().zip(&straddler.sides).for_each(|(half, part)| half.add(part));
     }
     for Straddler { whole, sides } in straddlers {
         let [below, above] = &halves;
@@ -191,8 +195,8 @@ fn unsplit(straddlers: &mut [Straddler], sorted: &Sorted, mut room: usize) {
         let both = below.cost() + above.cost();
         let left_only = below.with(&whole.bounds).cost() + above.without_one().cost();
         let right_only = below.without_one().cost() + above.with(&whole.bounds).cost();
-        if room > 0 && !is_empty[0] && both <= left_only && both <= right_only {
-            room -= 1;
+        if spare > 0 && !is_empty[0] && both <= left_only && both <= right_only {
+            spare -= 1;
         } else if left_only <= right_only {
             halves = [below.with(&whole.bounds), above.without_one()];
             *sides = [whole.bounds, Aabb::EMPTY];

@@ -1,8 +1,10 @@
-//! Spatial splits: a plane may cut a set of triangles in two, and triangles that it crosses stand on both sides.
+//! Spatial splits: a plane may divide a set of triangles, and triangles that it crosses are
+//! referenced from both sides.
 //!
-//! A long triangle that lies askew has a box that is nearly empty. A tree that keeps such boxes whole cannot tell neighbours apart; one that cuts them
-//! bounds each piece tightly, at the price of more references than triangles. How many more is decided beforehand ([`budget`]), by how much
-//! of the boxes is empty; the very worst are cut before all others.
+//! The box of a long diagonal triangle is nearly empty. Without splits, such boxes overlap heavily;
+//! spatial splits bound each part tightly, at the price of more references than triangles. The
+//! number of references is chosen beforehand ([`budget`]), by how much of the boxes is empty; in
+//! the worst scenes, triangles are also split before the build.
 //!
 //! Stich, Friedrich and Dietrich 2009, "Spatial Splits in Bounding Volume Hierarchies".
 
@@ -14,15 +16,16 @@ mod clipper;
 mod planes;
 
 use super::BuildOptions;
-use super::grow::grow_with_room;
+use super::grow::grow_with_spare;
 use super::reference::references;
 use crate::geometry::Triangles;
 use crate::tree::Bvh;
 use budget::Budget;
-use chooser::Chosen;
+use chooser::SpatialChooser;
 use clipper::TriangleClipper;
 
-/// A tree over all triangles, some of which may stand in several leaves. The same tree for any number of threads.
+/// Builds a tree over all triangles, some of which may be in several leaves. The tree does not
+/// depend on the number of threads.
 ///
 /// # Panics
 /// When there are more triangles than 2^27.
@@ -33,7 +36,7 @@ pub fn build_spatial(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let whole = references(triangles.len(), usual, &|triangle| triangles.bounds_of(triangle), threads);
     let distinct = whole.len();
     let budget = Budget::of(&whole, triangles, threads);
-    let (references, room) = budget.pre_split(whole, &clipper, triangles, threads);
-    let chooser = Chosen::by(&references, clipper, options);
-    grow_with_room(references, distinct, room, &chooser, options)
+    let (references, spare) = budget.pre_split(whole, &clipper, triangles, threads);
+    let chooser = SpatialChooser::new(&references, clipper, options);
+    grow_with_spare(references, distinct, spare, &chooser, options)
 }

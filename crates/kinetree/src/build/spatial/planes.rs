@@ -1,7 +1,9 @@
-//! The best plane to cut a set of references with, references included.
+//! The best plane for a spatial split.
 //!
-//! Space is divided into equal slabs along each axis. Each reference is cut at the planes between them, all at once: corners extend the box of the slab
-//! that they lie in, and where an edge crosses a plane it extends the boxes on both sides. Then it is known for every plane how large both sides would be.
+//! Space is divided into equal slabs along each axis. Each reference is clipped at all planes
+//! between slabs in one pass: corners extend the box of the slab that contains them, and where an
+//! edge crosses a plane it extends the boxes on both sides. Sweeps over the slabs then give the
+//! boxes and counts of both sides for stride plane.
 
 use std::ops::Range;
 
@@ -16,39 +18,41 @@ use crate::geometry::{Aabb, Triangle};
 /// Slabs per axis.
 const BINS: usize = 16;
 
-/// Of larger sets, every other, every third and so on is looked at, so that at least this many are: enough to find the plane. What it costs is only a guess then.
-const ENOUGH: usize = 1024;
+/// Larger sets are sampled at a regular stride, with at least this many references: enough to find
+/// the plane. The cost is then an estimate.
+const MIN_SAMPLE: usize = 1024;
 
-/// A plane to cut at, and what that would cost.
+/// A plane and the cost of splitting other_side.
 pub(super) struct Plane {
-    /// Primitive tests of both sides, each times its area.
+    /// The sum over both sides of the number of primitive tests times the half area.
     pub(super) cost: f32,
-    /// Whether the cost was found from a part of the references. They miss some of the few that are large, so it is more likely too low than too high.
-    pub(super) is_guess: bool,
+    /// Whether the cost is an estimate from a sample. Samples miss some of the few large
+    /// references, so it tends to be too low.
+    pub(super) is_estimate: bool,
     pub(super) axis: usize,
     pub(super) position: f32,
 }
 
-/// The plane that seems cheapest, and what it costs, if it makes no more than `room` references more.
+/// The plane of least cost that adds at limit `spare` references.
 pub(super) fn best_plane(
     references: &[Reference],
     bounds: &Aabb,
-    room: usize,
+    spare: usize,
     clipper: &TriangleClipper<'_>,
 ) -> Option<Plane> {
     let slabs = Slabs::of(bounds);
-    let every = (references.len() / ENOUGH).max(1);
+    let stride = (references.len() / MIN_SAMPLE).max(1);
     let mut bins = Bins::default();
-    references.iter().step_by(every).for_each(|reference| bins.add(&slabs, reference, clipper));
-    let looked_at = references.len().div_ceil(every);
+    references.iter().step_by(stride).for_each(|reference| bins.add(&slabs, reference, clipper));
+    let sample_count = references.len().div_ceil(stride);
     let best = (0..3).filter(|&axis| slabs.scale[axis] > 0.0).filter_map(|axis| {
-        let (cost, bin) = bins.axes[axis].best_plane(looked_at + room / every)?;
-        Some(Plane { cost: cost * every as f32, is_guess: every > 1, axis, position: slabs.plane(axis, bin) })
+        let (cost, bin) = bins.axes[axis].best_plane(sample_count + spare / stride)?;
+        Some(Plane { cost: cost * stride as f32, is_estimate: stride > 1, axis, position: slabs.plane(axis, bin) })
     });
     best.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-/// Equal pieces of space along each axis.
+/// Equal slabs of space along each axis.
 struct Slabs {
     start: [f32; 3],
     width: [f32; 3],
@@ -77,23 +81,23 @@ impl Slabs {
 
 struct Bins {
     axes: [Axis; 3],
-    /// Of the triangle that is being cut at several planes.
-    pieces: [FastBox; BINS],
+    /// Scratch space: the parts of the triangle that is being clipped.
+    parts: [FastBox; BINS],
 }
 
 /// The slabs along an axis.
 struct Axis {
     bounds: [FastBox; BINS],
-    /// How many references have their first piece here.
+    /// The number of references whose first part is in this slab.
     first: [u32; BINS],
-    /// How many have their last piece here.
+    /// The number of references whose last part is in this slab.
     last: [u32; BINS],
 }
 
 impl Default for Bins {
     fn default() -> Self {
         let axis = || Axis { bounds: [FastBox::EMPTY; BINS], first: [0; BINS], last: [0; BINS] };
-        Self { axes: [axis(), axis(), axis()], pieces: [FastBox::EMPTY; BINS] }
+        Self { axes: [axis(), axis(), axis()], parts: [FastBox::EMPTY; BINS] }
     }
 }
 
@@ -113,18 +117,18 @@ impl Bins {
             {
                 bins.add_clipped(first, &halves, &bounds);
             } else {
-                let pieces = &mut self.pieces;
-                pieces[first..=last].fill(FastBox::EMPTY);
-                cut_up(&triangle, axis, slabs, first..last, pieces);
-                bins.add_clipped(first, &pieces[first..=last], &bounds);
+                let parts = &mut self.parts;
+                parts[first..=last].fill(FastBox::EMPTY);
+                clip_to_slabs(&triangle, axis, slabs, first..last, parts);
+                bins.add_clipped(first, &parts[first..=last], &bounds);
             }
         }
     }
 }
 
-/// Extends the boxes of all slabs from the first to the last of `planes` by what a triangle has there; each plane is the upper one of a slab. Other boxes may
-/// be extended too.
-fn cut_up(triangle: &Triangle, axis: usize, slabs: &Slabs, planes: Range<usize>, pieces: &mut [FastBox; BINS]) {
+/// Extends the boxes of the slabs next to `planes` by the parts of a triangle in them; each plane
+/// is the upper one of its slab. Other boxes may be extended too.
+fn clip_to_slabs(triangle: &Triangle, axis: usize, slabs: &Slabs, planes: Range<usize>, parts: &mut [FastBox; BINS]) {
     let corners = triangle.corners;
     for i in 0..3 {
         let (mut from, mut to) = (corners[i], corners[(i + 1) % 3]);
@@ -134,14 +138,14 @@ fn cut_up(triangle: &Triangle, axis: usize, slabs: &Slabs, planes: Range<usize>,
         let (begin, end) = (slabs.bin(axis, from[axis]), slabs.bin(axis, to[axis]));
         let (height, length) = (from[axis], to[axis] - from[axis]);
         let (from, to) = (Vec3A::from(from), Vec3A::from(to));
-        pieces[begin].extend(from);
-        pieces[end].extend(to);
+        parts[begin].extend(from);
+        parts[end].extend(to);
         if begin < end {
             let step = (to - from) / length;
             for bin in begin.max(planes.start)..end.min(planes.end) {
                 let crossing = from + step * (slabs.plane(axis, bin + 1) - height);
-                pieces[bin].extend(crossing);
-                pieces[bin + 1].extend(crossing);
+                parts[bin].extend(crossing);
+                parts[bin + 1].extend(crossing);
             }
         }
     }
@@ -155,20 +159,20 @@ impl Axis {
         self.last[bin] += 1;
     }
 
-    /// Pieces of one reference, in slabs from `first` on; its box cuts them.
+    /// Adds the parts of one reference, in slabs from `first` on, clipped by its box.
     #[inline(always)]
-    fn add_clipped(&mut self, first: usize, pieces: &[FastBox], bounds: &FastBox) {
-        let last = first + pieces.len() - 1;
+    fn add_clipped(&mut self, first: usize, parts: &[FastBox], bounds: &FastBox) {
+        let last = first + parts.len() - 1;
         let (mut from, mut to) = (usize::MAX, 0);
-        for (bin, piece) in (first..).zip(pieces) {
-            let piece = piece.intersection(bounds);
-            if !piece.is_empty() {
-                self.bounds[bin] = self.bounds[bin].union(&piece);
+        for (bin, part) in (first..).zip(parts) {
+            let part = part.intersection(bounds);
+            if !part.is_empty() {
+                self.bounds[bin] = self.bounds[bin].union(&part);
                 from = from.min(bin);
                 to = bin;
             }
         }
-        // Rounding may leave nothing of a splinter: then it counts as a whole.
+        // Rounding may leave nothing of a thin triangle: then the whole box counts.
         if from == usize::MAX {
             (from, to) = (first, last);
             self.bounds[first] = self.bounds[first].union(bounds);
@@ -178,8 +182,8 @@ impl Axis {
         self.last[to] += 1;
     }
 
-    /// What the cheapest plane costs, and the slab above it.
-    fn best_plane(&self, most: usize) -> Option<(f32, usize)> {
+    /// The cost of the best plane, and the slab above it.
+    fn best_plane(&self, limit: usize) -> Option<(f32, usize)> {
         let mut above = [(0.0, 0); BINS];
         let (mut bounds, mut count) = (FastBox::EMPTY, 0);
         for bin in (1..BINS).rev() {
@@ -193,7 +197,7 @@ impl Axis {
             bounds = bounds.union(&self.bounds[bin - 1]);
             count += self.first[bin - 1];
             let cost = bounds.half_area() * tests(count) + above[bin].0;
-            let divides = count > 0 && above[bin].1 > 0 && (count + above[bin].1) as usize <= most;
+            let divides = count > 0 && above[bin].1 > 0 && (count + above[bin].1) as usize <= limit;
             if divides && cost.is_finite() && best.is_none_or(|best| cost < best.0) {
                 best = Some((cost, bin));
             }
@@ -202,10 +206,11 @@ impl Axis {
     }
 }
 
-/// The boxes of the parts below and above a plane; nothing if all corners are on one side of it. A corner in the plane counts as below.
+/// The boxes of the parts of a triangle below and above a plane; `None` if all corners are on one
+/// side. A corner in the plane counts as below.
 #[inline(always)]
 pub(super) fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[FastBox; 2]> {
-    // Which corner is alone on its side, by which corners are below.
+    // The corner that is alone on its side, indexed by the set of corners below.
     const ALONE: [usize; 8] = [0, 0, 1, 2, 2, 1, 0, 0];
     let height = |corner: usize| triangle.corners[corner][axis];
     let is_below = |corner: usize| usize::from(height(corner) <= plane);
@@ -215,17 +220,17 @@ pub(super) fn halves(plane: f32, axis: usize, triangle: &Triangle) -> Option<[Fa
     }
     let alone = ALONE[below];
     let tip = Vec3A::from(triangle.corners[alone]);
-    let (mut here, mut there) = (FastBox::EMPTY, FastBox::EMPTY);
-    here.extend(tip);
+    let (mut tip_side, mut other_side) = (FastBox::EMPTY, FastBox::EMPTY);
+    tip_side.extend(tip);
     for step in 1..3 {
         let other = Vec3A::from(triangle.corners[(alone + step) % 3]);
         let along = (plane - height(alone)) / (height((alone + step) % 3) - height(alone));
         let crossing = tip + (other - tip) * along;
-        there.extend(other);
-        here.extend(crossing);
-        there.extend(crossing);
+        other_side.extend(other);
+        tip_side.extend(crossing);
+        other_side.extend(crossing);
     }
-    Some(if below >> alone & 1 == 1 { [here, there] } else { [there, here] })
+    Some(if below >> alone & 1 == 1 { [tip_side, other_side] } else { [other_side, tip_side] })
 }
 
 #[cfg(test)]
