@@ -15,7 +15,7 @@
 
 mod agree;
 mod case;
-mod chance;
+mod rng;
 mod closed;
 mod compare;
 mod engine;

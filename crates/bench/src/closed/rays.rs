@@ -4,48 +4,48 @@
 use glam::Vec3;
 
 use super::shape::Shape;
-use crate::chance::Chance;
 use crate::ray::Ray;
+use crate::rng::Rng;
 
 /// Rays of a packet have one origin and go to one place, or nothing in common.
 const PACKET: usize = 64;
 
 /// So many rays.
 pub(super) fn rays(shape: &Shape, count: usize, seed: u64, number: u64) -> Vec<Ray> {
-    let mut chance = Chance::new(seed, number << 8 | 0xc2);
+    let mut rng = Rng::new(seed, number << 8 | 0xc2);
     let mut rays = Vec::with_capacity(count);
     while rays.len() < count {
-        let coherent = chance.below(2) == 0;
-        let shared = (origin(shape, &mut chance), f64::from(chance.between(-1.0, 1.0)));
+        let coherent = rng.below(2) == 0;
+        let shared = (origin(shape, &mut rng), f64::from(rng.between(-1.0, 1.0)));
         for _ in 0..PACKET.min(count - rays.len()) {
             let (from, along) =
-                if coherent { shared } else { (origin(shape, &mut chance), f64::from(chance.between(-1.0, 1.0))) };
-            rays.push(Ray::new(from, direction(shape, from, along, &mut chance)));
+                if coherent { shared } else { (origin(shape, &mut rng), f64::from(rng.between(-1.0, 1.0))) };
+            rays.push(Ray::new(from, direction(shape, from, along, &mut rng)));
         }
     }
     rays
 }
 
-fn origin(shape: &Shape, chance: &mut Chance) -> Vec3 {
-    let outwards = match chance.below(4) {
+fn origin(shape: &Shape, rng: &mut Rng) -> Vec3 {
+    let outwards = match rng.below(4) {
         0 => 0.99,
-        _ => f64::from(chance.between(0.0, 0.95)),
+        _ => f64::from(rng.between(0.0, 0.95)),
     };
-    shape.inside(chance, outwards)
+    shape.inside(rng, outwards)
 }
 
 /// Finite and not zero.
-fn direction(shape: &Shape, from: Vec3, along: f64, chance: &mut Chance) -> Vec3 {
+fn direction(shape: &Shape, from: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     loop {
-        let way = match chance.below(8) {
-            0 => chance.direction(),
-            1 => nearly_straight(shape, chance),
-            2 | 3 => shape.side(chance, along) - from,
+        let way = match rng.below(8) {
+            0 => rng.direction(),
+            1 => nearly_straight(shape, rng),
+            2 | 3 => shape.side(rng, along) - from,
             // Not far: the usual hit of a wall.
-            4 => shape.side(chance, shape.along(from)) - from,
-            _ => shape.edge(chance) - from,
+            4 => shape.side(rng, shape.along(from)) - from,
+            _ => shape.edge(rng) - from,
         };
-        let way = if chance.below(2) == 0 { way.normalize_or_zero() } else { way };
+        let way = if rng.below(2) == 0 { way.normalize_or_zero() } else { way };
         if way.is_finite() && way != Vec3::ZERO {
             return way;
         }
@@ -53,12 +53,12 @@ fn direction(shape: &Shape, from: Vec3, along: f64, chance: &mut Chance) -> Vec3
 }
 
 /// Along an axis of space or of the shape, but for slopes that are next to nothing.
-fn nearly_straight(shape: &Shape, chance: &mut Chance) -> Vec3 {
-    let sign = if chance.below(2) == 0 { 1.0 } else { -1.0 };
-    let mut way = if chance.below(2) == 0 { shape.axis() } else { Vec3::AXES[chance.below(3)] } * sign;
+fn nearly_straight(shape: &Shape, rng: &mut Rng) -> Vec3 {
+    let sign = if rng.below(2) == 0 { 1.0 } else { -1.0 };
+    let mut way = if rng.below(2) == 0 { shape.axis() } else { Vec3::AXES[rng.below(3)] } * sign;
     for axis in 0..3 {
-        let slope = [0.0, -0.0, 1e-42, 1e-30, 1e-7, 1e-4][chance.below(6)];
-        way[axis] += if chance.below(2) == 0 { slope } else { -slope };
+        let slope = [0.0, -0.0, 1e-42, 1e-30, 1e-7, 1e-4][rng.below(6)];
+        way[axis] += if rng.below(2) == 0 { slope } else { -slope };
     }
     way
 }

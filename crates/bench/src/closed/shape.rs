@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::chance::Chance;
+use crate::rng::Rng;
 use crate::soup::Soup;
 
 /// Widths and lengths, metres, before scaling.
@@ -40,33 +40,33 @@ pub(super) struct Shape {
 impl Shape {
     /// Shape number `number` of a seed.
     pub(super) fn new(seed: u64, number: u64) -> Self {
-        let mut chance = Chance::new(seed, number << 8 | 0xc1);
-        let section = SECTIONS[chance.below(2 * SECTIONS.len() - 1).saturating_sub(SECTIONS.len() - 1)];
-        let axes = axes(&mut chance);
+        let mut rng = Rng::new(seed, number << 8 | 0xc1);
+        let section = SECTIONS[rng.below(2 * SECTIONS.len() - 1).saturating_sub(SECTIONS.len() - 1)];
+        let axes = axes(&mut rng);
         loop {
-            let scale = log_between(&mut chance, [1.0 / SCALE, SCALE]);
-            let half_width = log_between(&mut chance, WIDTHS) * 0.5 * scale;
-            let length = log_between(&mut chance, LENGTHS) * scale;
-            let mut offset = || f64::from(chance.between(-1.0, 1.0));
+            let scale = log_between(&mut rng, [1.0 / SCALE, SCALE]);
+            let half_width = log_between(&mut rng, WIDTHS) * 0.5 * scale;
+            let length = log_between(&mut rng, LENGTHS) * scale;
+            let mut offset = || f64::from(rng.between(-1.0, 1.0));
             let direction = DVec3::new(offset(), offset(), offset());
-            let middle = match chance.below(4) {
+            let middle = match rng.below(4) {
                 0 => DVec3::ZERO,
                 // As far as the width allows.
                 1 => direction * (half_width / (LEAST_WIDTH * f64::from(f32::EPSILON))).min(OFFSETS[1]),
-                _ => direction * log_between(&mut chance, OFFSETS),
+                _ => direction * log_between(&mut rng, OFFSETS),
             };
-            let rings = 2 + chance.below(3);
+            let rings = 2 + rng.below(3);
             let shape = Self { soup: Soup::default(), half_width, section, length, middle, axes };
-            let places: Vec<f64> = (0..rings).map(|ring| shape.ring(ring, rings, &mut chance)).collect();
-            if let Some(shape) = shape.with_soup(&places, &mut chance) {
+            let places: Vec<f64> = (0..rings).map(|ring| shape.ring(ring, rings, &mut rng)).collect();
+            if let Some(shape) = shape.with_soup(&places, &mut rng) {
                 return shape;
             }
         }
     }
 
     /// Where a ring of corners lies along the shape, from -1 to 1.
-    fn ring(&self, ring: usize, rings: usize, chance: &mut Chance) -> f64 {
-        let between = (ring > 0 && ring + 1 < rings).then(|| f64::from(chance.between(-0.3, 0.3)));
+    fn ring(&self, ring: usize, rings: usize, rng: &mut Rng) -> f64 {
+        let between = (ring > 0 && ring + 1 < rings).then(|| f64::from(rng.between(-0.3, 0.3)));
         (2 * ring) as f64 / (rings - 1) as f64 - 1.0 + between.unwrap_or(0.0)
     }
 
@@ -77,7 +77,7 @@ impl Shape {
     }
 
     /// `None` when the shape is too thin for where it lies.
-    fn with_soup(mut self, places: &[f64], chance: &mut Chance) -> Option<Self> {
+    fn with_soup(mut self, places: &[f64], rng: &mut Rng) -> Option<Self> {
         let sides = self.section.len() as u32;
         let corners =
             places.iter().flat_map(|along| self.section.iter().map(|at| self.point(DVec2::from(*at), *along)));
@@ -89,7 +89,7 @@ impl Shape {
         }
         let mut triangles = Vec::new();
         let mut quad = |[a, b, c, d]: [u32; 4]| {
-            triangles.extend(if chance.below(2) == 0 { [[a, b, c], [a, c, d]] } else { [[b, c, d], [b, d, a]] });
+            triangles.extend(if rng.below(2) == 0 { [[a, b, c], [a, c, d]] } else { [[b, c, d], [b, d, a]] });
         };
         for ring in 0..places.len() as u32 - 1 {
             for side in 0..sides {
@@ -104,8 +104,8 @@ impl Shape {
         }
         // Which way they face and where they begin is all the same to a ray.
         for triangle in &mut triangles {
-            triangle.rotate_left(chance.below(3));
-            if chance.below(2) == 0 {
+            triangle.rotate_left(rng.below(3));
+            if rng.below(2) == 0 {
                 triangle.swap(0, 1);
             }
         }
@@ -114,20 +114,20 @@ impl Shape {
     }
 
     /// A point inside: somewhere along, as far out as `outwards` says, below 1 at most.
-    pub(super) fn inside(&self, chance: &mut Chance, outwards: f64) -> Vec3 {
-        let along = f64::from(chance.between(-0.999, 0.999));
-        self.point(self.on_the_section(chance) * outwards, along)
+    pub(super) fn inside(&self, rng: &mut Rng, outwards: f64) -> Vec3 {
+        let along = f64::from(rng.between(-0.999, 0.999));
+        self.point(self.on_the_section(rng) * outwards, along)
     }
 
     /// A point of its side, about so far along.
-    pub(super) fn side(&self, chance: &mut Chance, along: f64) -> Vec3 {
-        self.point(self.on_the_section(chance), along)
+    pub(super) fn side(&self, rng: &mut Rng, along: f64) -> Vec3 {
+        self.point(self.on_the_section(rng), along)
     }
 
-    fn on_the_section(&self, chance: &mut Chance) -> DVec2 {
-        let from = chance.below(self.section.len());
+    fn on_the_section(&self, rng: &mut Rng) -> DVec2 {
+        let from = rng.below(self.section.len());
         let [a, b] = [from, (from + 1) % self.section.len()].map(|at| DVec2::from(self.section[at]));
-        a.lerp(b, f64::from(chance.unit()))
+        a.lerp(b, f64::from(rng.uniform()))
     }
 
     /// How far along itself a point lies, from -1 to 1.
@@ -136,10 +136,10 @@ impl Shape {
     }
 
     /// A point of an edge between two triangles, often a corner.
-    pub(super) fn edge(&self, chance: &mut Chance) -> Vec3 {
-        let corners = self.soup.corners(chance.below(self.soup.len()) as u32);
-        let from = chance.below(3);
-        let place = if chance.below(4) == 0 { 0.0 } else { f64::from(chance.unit()) };
+    pub(super) fn edge(&self, rng: &mut Rng) -> Vec3 {
+        let corners = self.soup.corners(rng.below(self.soup.len()) as u32);
+        let from = rng.below(3);
+        let place = if rng.below(4) == 0 { 0.0 } else { f64::from(rng.uniform()) };
         corners[from].as_dvec3().lerp(corners[(from + 1) % 3].as_dvec3(), place).as_vec3()
     }
 
@@ -150,20 +150,20 @@ impl Shape {
 }
 
 /// Those of space in some order, or any.
-fn axes(chance: &mut Chance) -> [DVec3; 3] {
-    if chance.below(3) > 0 {
+fn axes(rng: &mut Rng) -> [DVec3; 3] {
+    if rng.below(3) > 0 {
         let mut axes = [DVec3::X, DVec3::Y, DVec3::Z];
-        chance.shuffle(&mut axes);
+        rng.shuffle(&mut axes);
         return axes;
     }
-    let along = chance.direction().as_dvec3().normalize();
+    let along = rng.direction().as_dvec3().normalize();
     let across = along.any_orthonormal_vector();
     [across, along.cross(across), along]
 }
 
 /// Every size about equally likely.
-fn log_between(chance: &mut Chance, [low, high]: [f64; 2]) -> f64 {
-    low * (high / low).powf(f64::from(chance.unit()))
+fn log_between(rng: &mut Rng, [low, high]: [f64; 2]) -> f64 {
+    low * (high / low).powf(f64::from(rng.uniform()))
 }
 
 #[cfg(test)]

@@ -141,7 +141,7 @@ fn exactly(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chance::Chance;
+    use crate::rng::Rng;
 
     fn ray(origin: [f32; 3], direction: [f32; 3]) -> Ray {
         Ray::new(origin.into(), direction.into())
@@ -185,9 +185,9 @@ mod tests {
     fn floats_and_exact_sums_agree_and_neighbours_share_every_ray() {
         let mut both = 0;
         for stream in 0..20_000 {
-            let mut chance = Chance::new(3, stream);
+            let mut rng = Rng::new(3, stream);
             // Few values, so that much of it is aligned.
-            let mut point = || Vec3::new(chance.below(5) as f32, chance.below(5) as f32, chance.below(5) as f32);
+            let mut point = || Vec3::new(rng.below(5) as f32, rng.below(5) as f32, rng.below(5) as f32);
             let [a, b, c, d, origin, through] = [point(), point(), point(), point(), point(), point()];
             let ray = Ray::new(origin, through - origin);
             for triangle in [[a, b, c], [d, c, b]] {

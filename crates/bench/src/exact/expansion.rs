@@ -100,7 +100,7 @@ impl Mul for &Expansion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chance::Chance;
+    use crate::rng::Rng;
 
     fn number(parts: &[f64]) -> Expansion {
         let mut number = Expansion::default();
@@ -125,8 +125,8 @@ mod tests {
     #[test]
     fn sums_and_products_are_those_of_whole_numbers() {
         for stream in 0..2000 {
-            let mut chance = Chance::new(7, stream);
-            let mut whole = || (chance.bits() as i64 >> (chance.bits() % 40)) as i128 >> 12;
+            let mut rng = Rng::new(7, stream);
+            let mut whole = || (rng.bits() as i64 >> (rng.bits() % 40)) as i128 >> 12;
             let [a, b, c, d] = [whole(), whole(), whole(), whole()];
             let float = |x: i128| Expansion::difference(x as f64, 0.0);
             let [x, y, z, w] = [a, b, c, d].map(float);

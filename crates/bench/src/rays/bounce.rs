@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{Answer, Ray};
-use crate::chance::Chance;
+use crate::rng::Rng;
 use crate::scene::Eye;
 use crate::soup::Soup;
 
@@ -28,14 +28,14 @@ impl Ends {
 
     /// On by the cosine.
     pub(crate) fn diffuse(&self, count: usize, seed: u64, bounce: u64) -> Vec<Ray> {
-        let mut chance = Chance::new(seed, 0xd1ff + bounce);
-        self.spread(count).map(|(point, normal)| Ray::new(point, chance.diffuse(normal))).collect()
+        let mut rng = Rng::new(seed, 0xd1ff + bounce);
+        self.spread(count).map(|(point, normal)| Ray::new(point, rng.diffuse(normal))).collect()
     }
 
     /// Every way, but not far.
     pub(crate) fn short(&self, t_max: f32, count: usize, seed: u64) -> Vec<Ray> {
-        let mut chance = Chance::new(seed, 0x5047);
-        let ray = |(point, normal)| Ray { t_max, ..Ray::new(point, chance.diffuse(normal)) };
+        let mut rng = Rng::new(seed, 0x5047);
+        let ray = |(point, normal)| Ray { t_max, ..Ray::new(point, rng.diffuse(normal)) };
         self.spread(count).map(ray).collect()
     }
 

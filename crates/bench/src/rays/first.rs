@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use crate::chance::Chance;
 use crate::ray::Ray;
+use crate::rng::Rng;
 use crate::scene::Eye;
 use crate::soup::Soup;
 
@@ -31,12 +31,12 @@ pub(crate) fn axis_parallel(soup: &Soup, count: usize, seed: u64) -> Vec<Ray> {
     let bounds = soup.bounds();
     let (min, extent) = (Vec3::from(bounds.min), Vec3::from(bounds.extent()));
     let outside = extent.max_element() * 0.01;
-    let mut chance = Chance::new(seed, 0xa715);
+    let mut rng = Rng::new(seed, 0xa715);
     (0..count)
         .map(|i| {
             let axis = i * 3 / count.max(1);
             let forwards = i % 2 == 0;
-            let mut origin = (min + extent * Vec3::new(chance.unit(), chance.unit(), chance.unit())).to_array();
+            let mut origin = (min + extent * Vec3::new(rng.uniform(), rng.uniform(), rng.uniform())).to_array();
             origin[axis] = if forwards { bounds.min[axis] - outside } else { bounds.max[axis] + outside };
             let mut direction = [0.0; 3];
             direction[axis] = if forwards { 1.0 } else { -1.0 };

@@ -107,7 +107,7 @@ pub(crate) fn sets(
         Kind::Diffuse => diffuse(kind),
         Kind::DiffuseShuffled => {
             let mut rays = diffuse(kind);
-            crate::chance::Chance::new(seed, 0x5aff).shuffle(&mut rays);
+            crate::rng::Rng::new(seed, 0x5aff).shuffle(&mut rays);
             rays
         }
         Kind::Bounce4 => (1..4).fold(diffuse(kind), |rays, bounce| {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::chance::Chance;
+use crate::rng::Rng;
 use crate::soup::Soup;
 
 /// Half the length of a triangle; the box they start in has sides of length two.
@@ -12,12 +12,12 @@ const WIDTH: f32 = 5e-4;
 
 /// So many of them.
 pub(crate) fn diagonals(seed: u64, count: usize) -> Soup {
-    let mut chance = Chance::new(seed, 1);
+    let mut rng = Rng::new(seed, 1);
     let mut positions = Vec::with_capacity(3 * count);
     for _ in 0..count {
-        let middle = Vec3::new(chance.between(-1.0, 1.0), chance.between(-1.0, 1.0), chance.between(-1.0, 1.0));
-        let along = chance.direction();
-        let across = along.cross(chance.direction()).normalize_or(along.any_orthonormal_vector());
+        let middle = Vec3::new(rng.between(-1.0, 1.0), rng.between(-1.0, 1.0), rng.between(-1.0, 1.0));
+        let along = rng.direction();
+        let across = along.cross(rng.direction()).normalize_or(along.any_orthonormal_vector());
         let ends = [middle - along * REACH, middle + along * REACH];
         positions.extend([ends[0] - across * WIDTH, ends[0] + across * WIDTH, ends[1]]);
     }

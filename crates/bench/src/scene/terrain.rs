@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::shapes::sphere;
 use super::{Eye, Scenery};
-use crate::chance::Chance;
+use crate::rng::Rng;
 use crate::soup::Soup;
 
 /// How often the edges of a sphere's octahedron are divided.
@@ -33,10 +33,10 @@ pub(crate) fn terrain(seed: u64, triangles: usize) -> Scenery {
     soup.add(positions, &faces);
 
     let (ball, faces) = sphere(CUTS);
-    let mut chance = Chance::new(seed, 3);
+    let mut rng = Rng::new(seed, 3);
     for _ in 0..triangles / 3 / faces.len() {
-        let radius = chance.between(0.3, 2.5);
-        let middle = ground.at(chance.between(-HALF, HALF), chance.between(-HALF, HALF)) + Vec3::Y * radius * 0.6;
+        let radius = rng.between(0.3, 2.5);
+        let middle = ground.at(rng.between(-HALF, HALF), rng.between(-HALF, HALF)) + Vec3::Y * radius * 0.6;
         soup.add(ball.iter().map(|p| middle + *p * radius), &faces);
     }
     let eye = ground.at(-62.0, -55.0) + Vec3::Y * 9.0;
@@ -64,7 +64,7 @@ impl Ground {
         let (column, row) = (x.floor(), z.floor());
         let height = |right: f32, down: f32| {
             let [x, z] = [(column + right) as i64, (row + down) as i64].map(|i| (i + (1 << 20)) as u64);
-            Chance::new(self.seed, u64::from(octave) << 48 | x << 24 | z).unit()
+            Rng::new(self.seed, u64::from(octave) << 48 | x << 24 | z).uniform()
         };
         let smooth = |t: f32| t * t * (3.0 - 2.0 * t);
         let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;

@@ -6,9 +6,9 @@ use glam::Vec3;
 
 /// A stream of random numbers.
 #[derive(Debug, Clone)]
-pub(crate) struct Chance(u64);
+pub(crate) struct Rng(u64);
 
-impl Chance {
+impl Rng {
     /// Streams of different seeds and numbers have nothing in common.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut mixed = Self(seed ^ stream.wrapping_mul(0xd6e8_feb8_6659_fd93));
@@ -24,13 +24,13 @@ impl Chance {
     }
 
     /// Evenly from 0 up to, but not including, 1.
-    pub(crate) fn unit(&mut self) -> f32 {
+    pub(crate) fn uniform(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * (1.0 / (1 << 24) as f32)
     }
 
     /// Evenly from `low` up to `high`.
     pub(crate) fn between(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.unit()
+        low + (high - low) * self.uniform()
     }
 
     /// Below `end`, which is not zero.
