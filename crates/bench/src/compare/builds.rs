@@ -5,7 +5,7 @@ use super::field::guarded;
 use super::{Log, Plan, QUICK_TRIANGLES};
 use crate::Failure;
 use crate::engine::{Class, Crew, Engine, Prepared, Tree};
-use crate::measure::clock::{Stopwatch, Took, Whose};
+use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
 use crate::measure::memory::Held;
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
@@ -61,19 +61,19 @@ pub(crate) fn alone(engine: &str) -> String {
     format!("{engine}, the build alone")
 }
 
-fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Took> {
+fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Elapsed> {
     ready.renew(crew).ok()?;
     let _pinned = (crew.threads == 1).then(|| Pinned::all_to(0));
     // Engines work on threads of their own, so the whole process counts; nothing else runs in it.
-    let watch = Stopwatch::start(Whose::Process);
+    let watch = Stopwatch::start(ClockScope::Process);
     let tree = guarded(|| ready.build(crew)).ok()?;
-    let took = watch.read();
+    let elapsed = watch.read();
     drop(tree);
-    Some(took)
+    Some(elapsed)
 }
 
 /// A row of milliseconds: processor time for one thread, wall time for several.
-pub(crate) fn timed(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, times: &[Took]) -> Option<Row> {
+pub(crate) fn timed(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, times: &[Elapsed]) -> Option<Row> {
     row(case, engine, metric, threads, Unit::Time).with_times(times)
 }
 

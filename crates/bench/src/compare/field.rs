@@ -6,7 +6,7 @@ use super::budget::Budget;
 use super::{Log, builds};
 use crate::Failure;
 use crate::engine::{Class, Crew, Engine, Tree};
-use crate::measure::clock::{Stopwatch, Whose};
+use crate::measure::clock::{ClockScope, Stopwatch};
 use crate::measure::memory;
 use crate::report::{Record, TreeNote};
 use crate::soup::Soup;
@@ -60,7 +60,7 @@ pub(crate) fn build(
     record: &mut Record,
 ) -> Result<Vec<Entrant>, Failure> {
     let crew = Crew::new(1)?;
-    let all = Stopwatch::start(Whose::Process);
+    let all = Stopwatch::start(ClockScope::Process);
     let mut field = Vec::new();
     for engine in engines {
         let name = engine.name().to_owned();
@@ -68,11 +68,11 @@ pub(crate) fn build(
             log.say(&format!("  {name} is left out: there is no time for its build"));
             continue;
         }
-        let watch = Stopwatch::start(Whose::Process);
+        let watch = Stopwatch::start(ClockScope::Process);
         let built = guarded(|| {
             let mut ready = engine.prepare(soup)?;
             ready.renew(&crew)?;
-            let watch = Stopwatch::start(Whose::Process);
+            let watch = Stopwatch::start(ClockScope::Process);
             let (tree, held) = memory::count(|| ready.build(&crew));
             let (tree, seconds_alone) = (tree?, watch.read().wall);
             let judged = (seconds.is_infinite() || soup.len() <= JUDGED) && !engine.shares_builds();

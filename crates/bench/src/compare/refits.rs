@@ -5,7 +5,7 @@ use super::field::guarded;
 use super::{Log, Plan};
 use crate::Failure;
 use crate::engine::{Crew, Engine, Refit};
-use crate::measure::clock::{Stopwatch, Whose};
+use crate::measure::clock::{ClockScope, Stopwatch};
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
 use crate::report::{Metric, Row, UNINDEXED};
@@ -44,14 +44,14 @@ pub(crate) fn run(
             turns[at] += 1;
             let (engine, refit) = &mut following[at];
             let _pinned = Pinned::all_to(0);
-            let watch = Stopwatch::start(Whose::Process);
+            let watch = Stopwatch::start(ClockScope::Process);
             let done = guarded(|| refit.refit(positions));
-            let took = watch.read();
+            let elapsed = watch.read();
             if let Err(failure) = done {
                 failures.push(format!("  {} cannot refit: {failure}", engine.name()));
                 return None;
             }
-            Some(took)
+            Some(elapsed)
         });
         failures.iter().for_each(|failure| log.say(failure));
         for ((engine, _), times) in following.iter().zip(times) {

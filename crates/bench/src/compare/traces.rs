@@ -11,7 +11,7 @@ use super::field::Entrant;
 use super::{Log, Plan};
 use crate::case::Case;
 use crate::engine::{Batch, Coherence, Mode};
-use crate::measure::clock::{Stopwatch, Took, Whose};
+use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
 use crate::ray::{Answer, Ray};
@@ -125,7 +125,7 @@ impl Contender<'_> {
         }
     }
 
-    fn time(&self, set: &RaySet, threads: usize, room: &mut Room) -> Took {
+    fn time(&self, set: &RaySet, threads: usize, room: &mut Room) -> Elapsed {
         match (set.kind.question(), threads) {
             (Question::Closest, 1) => alone(|| self.closest(&set.rays, &mut room.answers)),
             (Question::Occluded, 1) => alone(|| self.occluded(&set.rays, &mut room.seen)),
@@ -180,9 +180,9 @@ pub(crate) fn named(engine: &str, suffix: &str) -> String {
 }
 
 /// On one core.
-fn alone(job: impl FnOnce()) -> Took {
+fn alone(job: impl FnOnce()) -> Elapsed {
     let _here = Pinned::to(0);
-    let watch = Stopwatch::start(Whose::Thread);
+    let watch = Stopwatch::start(ClockScope::Thread);
     job();
     watch.read()
 }
@@ -194,11 +194,11 @@ fn together<A: Send>(
     rays: &[Ray],
     answers: &mut [A],
     job: &(impl Fn(&[Ray], &mut [A]) + Sync),
-) -> Took {
+) -> Elapsed {
     let pieces: Vec<Mutex<(&[Ray], &mut [A])>> =
         rays.chunks(piece).zip(answers.chunks_mut(piece)).map(Mutex::new).collect();
     let next = AtomicUsize::new(0);
-    let watch = Stopwatch::start(Whose::Process);
+    let watch = Stopwatch::start(ClockScope::Process);
     std::thread::scope(|scope| {
         for number in 0..threads {
             let (pieces, next) = (&pieces, &next);

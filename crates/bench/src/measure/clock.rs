@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 pub(crate) struct Stopwatch {
     wall: Instant,
     processor: Duration,
-    whose: Whose,
+    scope: ClockScope,
 }
 
-/// Whose work counts.
+/// Whose processor time counts.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Whose {
+pub(crate) enum ClockScope {
     /// The calling thread's.
     Thread,
     /// That of all threads of the process: for jobs that run on threads of their own.
@@ -21,7 +21,7 @@ pub(crate) enum Whose {
 
 /// How long something took.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Took {
+pub(crate) struct Elapsed {
     /// Seconds on the wall.
     pub(crate) wall: f64,
     /// Seconds of processors; where there is no such clock, as on the wall.
@@ -30,23 +30,23 @@ pub(crate) struct Took {
 
 impl Stopwatch {
     /// Starts.
-    pub(crate) fn start(whose: Whose) -> Self {
-        Self { wall: Instant::now(), processor: worked(whose).unwrap_or_default(), whose }
+    pub(crate) fn start(scope: ClockScope) -> Self {
+        Self { wall: Instant::now(), processor: worked(scope).unwrap_or_default(), scope }
     }
 
     /// What has passed.
-    pub(crate) fn read(&self) -> Took {
-        let processor = worked(self.whose).map(|now| now.saturating_sub(self.processor).as_secs_f64());
+    pub(crate) fn read(&self) -> Elapsed {
+        let processor = worked(self.scope).map(|now| now.saturating_sub(self.processor).as_secs_f64());
         let wall = self.wall.elapsed().as_secs_f64();
-        Took { wall, processor: processor.unwrap_or(wall) }
+        Elapsed { wall, processor: processor.unwrap_or(wall) }
     }
 }
 
 #[cfg(unix)]
-fn worked(whose: Whose) -> Option<Duration> {
-    let clock = match whose {
-        Whose::Thread => libc::CLOCK_THREAD_CPUTIME_ID,
-        Whose::Process => libc::CLOCK_PROCESS_CPUTIME_ID,
+fn worked(scope: ClockScope) -> Option<Duration> {
+    let clock = match scope {
+        ClockScope::Thread => libc::CLOCK_THREAD_CPUTIME_ID,
+        ClockScope::Process => libc::CLOCK_PROCESS_CPUTIME_ID,
     };
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `time` is a live place of the type that is written.
@@ -55,7 +55,7 @@ fn worked(whose: Whose) -> Option<Duration> {
 }
 
 #[cfg(not(unix))]
-fn worked(_: Whose) -> Option<Duration> {
+fn worked(_: ClockScope) -> Option<Duration> {
     None
 }
 
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn work_is_counted_and_sleep_is_not() {
-        let watch = Stopwatch::start(Whose::Thread);
+        let watch = Stopwatch::start(ClockScope::Thread);
         std::thread::sleep(Duration::from_millis(30));
         let slept = watch.read();
         assert!(slept.wall >= 0.03);

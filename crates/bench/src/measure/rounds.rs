@@ -1,6 +1,6 @@
 //! Everybody in turn, round by round, so that a machine that slows down slows all of them.
 
-use super::clock::Took;
+use super::clock::Elapsed;
 
 /// How many rounds there are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,18 +21,22 @@ const FAR_BEHIND: f64 = 6.0;
 /// Runs `count` contenders round by round; each round begins with another one. The first round tells who is far behind; where one round of
 /// those is enough, it counts for them, warm-up or not. `run` gives `None` when the contender has failed, and is not asked again. The times
 /// of each contender, round by round.
-pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -> Option<Took>) -> Vec<Vec<Took>> {
-    let first: Vec<Option<Took>> = (0..count).map(&mut run).collect();
-    let fastest = first.iter().flatten().map(|took| took.processor).fold(f64::INFINITY, f64::min);
+pub(crate) fn in_turn(
+    count: usize,
+    rounds: Rounds,
+    mut run: impl FnMut(usize) -> Option<Elapsed>,
+) -> Vec<Vec<Elapsed>> {
+    let first: Vec<Option<Elapsed>> = (0..count).map(&mut run).collect();
+    let fastest = first.iter().flatten().map(|elapsed| elapsed.processor).fold(f64::INFINITY, f64::min);
     let rounds = within_time(rounds, &first, fastest);
     let mut times = vec![Vec::new(); count];
     let mut turns = vec![0; count];
-    for (contender, took) in first.into_iter().enumerate() {
-        let Some(took) = took else { continue };
-        let wanted = if took.processor <= fastest * FAR_BEHIND { rounds.full } else { rounds.behind };
-        let counts = !rounds.warm_up || wanted <= 1 && took.processor > fastest * FAR_BEHIND;
+    for (contender, elapsed) in first.into_iter().enumerate() {
+        let Some(elapsed) = elapsed else { continue };
+        let wanted = if elapsed.processor <= fastest * FAR_BEHIND { rounds.full } else { rounds.behind };
+        let counts = !rounds.warm_up || wanted <= 1 && elapsed.processor > fastest * FAR_BEHIND;
         if counts {
-            times[contender].push(took);
+            times[contender].push(elapsed);
         }
         turns[contender] = wanted.saturating_sub(usize::from(counts));
     }
@@ -44,7 +48,7 @@ pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -
                 continue;
             }
             match run(contender) {
-                Some(took) => times[contender].push(took),
+                Some(elapsed) => times[contender].push(elapsed),
                 None => failed[contender] = true,
             }
         }
@@ -53,10 +57,10 @@ pub(crate) fn in_turn(count: usize, rounds: Rounds, mut run: impl FnMut(usize) -
 }
 
 /// As many rounds as there is time for, after the first: one at least.
-fn within_time(rounds: Rounds, first: &[Option<Took>], fastest: f64) -> Rounds {
-    let all: f64 = first.iter().flatten().map(|took| took.wall).sum();
-    let near = first.iter().flatten().filter(|took| took.processor <= fastest * FAR_BEHIND);
-    let round: f64 = near.map(|took| took.wall).sum();
+fn within_time(rounds: Rounds, first: &[Option<Elapsed>], fastest: f64) -> Rounds {
+    let all: f64 = first.iter().flatten().map(|elapsed| elapsed.wall).sum();
+    let near = first.iter().flatten().filter(|elapsed| elapsed.processor <= fastest * FAR_BEHIND);
+    let round: f64 = near.map(|elapsed| elapsed.wall).sum();
     let left = (rounds.seconds - all).max(0.0);
     let affordable = if round > 0.0 { (left / round).min(1e6) as usize } else { usize::MAX };
     let full = rounds.full.min(affordable.max(1));
@@ -73,7 +77,7 @@ mod tests {
         let times = in_turn(3, Rounds { full: 4, behind: 2, seconds: f64::INFINITY, warm_up: true }, |contender| {
             order.push(contender);
             let wall = if contender == 1 { 10.0 } else { 1.0 };
-            Some(Took { wall, processor: wall })
+            Some(Elapsed { wall, processor: wall })
         });
         assert_eq!(times.iter().map(Vec::len).collect::<Vec<_>>(), [4, 2, 4]);
         assert_eq!(order, [0, 1, 2, 0, 1, 2, 1, 2, 0, 2, 0, 0, 2]);
@@ -85,7 +89,7 @@ mod tests {
         let times = in_turn(2, Rounds { full: 3, behind: 1, seconds: f64::INFINITY, warm_up: true }, |contender| {
             asked[contender] += 1;
             let wall = [1.0, 100.0][contender];
-            Some(Took { wall, processor: wall })
+            Some(Elapsed { wall, processor: wall })
         });
         assert_eq!((asked, times[0].len(), times[1].len()), ([4, 1], 3, 1));
     }
@@ -95,7 +99,7 @@ mod tests {
         let mut asked = 0;
         let times = in_turn(1, Rounds { full: 3, behind: 3, seconds: f64::INFINITY, warm_up: false }, |_| {
             asked += 1;
-            Some(Took { wall: 1.0, processor: 1.0 })
+            Some(Elapsed { wall: 1.0, processor: 1.0 })
         });
         assert_eq!((asked, times[0].len()), (3, 3));
     }
@@ -104,7 +108,7 @@ mod tests {
     fn there_are_no_more_rounds_than_there_is_time_for() {
         for (seconds, expected) in [(f64::INFINITY, 9), (8.0, 3), (0.0, 1)] {
             let rounds = Rounds { full: 9, behind: 3, seconds, warm_up: true };
-            let times = in_turn(2, rounds, |_| Some(Took { wall: 1.0, processor: 1.0 }));
+            let times = in_turn(2, rounds, |_| Some(Elapsed { wall: 1.0, processor: 1.0 }));
             assert_eq!((times[0].len(), times[1].len()), (expected, expected), "{seconds}");
         }
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{Class, Mode};
-use crate::measure::clock::Took;
+use crate::measure::clock::Elapsed;
 use crate::measure::statistics::{Logs, Spread};
 use crate::rays::Kind;
 
@@ -162,9 +162,9 @@ impl Row {
     }
 
     /// Fills in what the rounds of this process took; nothing comes of no rounds.
-    pub(crate) fn with_times(mut self, times: &[Took]) -> Option<Self> {
-        let walls: Vec<f64> = times.iter().map(|took| took.wall).collect();
-        let processor = times.iter().map(|took| took.processor).collect();
+    pub(crate) fn with_times(mut self, times: &[Elapsed]) -> Option<Self> {
+        let walls: Vec<f64> = times.iter().map(|elapsed| elapsed.wall).collect();
+        let processor = times.iter().map(|elapsed| elapsed.processor).collect();
         self.times = vec![if self.threads == 1 { processor } else { walls.clone() }];
         self.walls = vec![walls];
         self.sum_up().then_some(self)
@@ -252,7 +252,7 @@ pub(crate) fn example(engine: &str, class: Class, robust: bool, times: &[f64]) -
         differ: None,
         work: None,
     };
-    let times: Vec<Took> = times.iter().map(|time| Took { wall: *time, processor: *time }).collect();
+    let times: Vec<Elapsed> = times.iter().map(|time| Elapsed { wall: *time, processor: *time }).collect();
     row.with_times(&times).expect("there are times")
 }
 
