@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use self::shape::Shape;
 use self::tally::{DISTANCE_BOUND, Tally};
-use crate::engine::{self, Coherence, Crew, Engine};
+use crate::engine::{self, Coherence, Engine, ThreadPool};
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 use crate::{Failure, level, machine};
@@ -90,14 +90,14 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
     notes.iter().filter(|note| note.contains("Embree")).for_each(|note| println!("{note}"));
     let mut asked: Vec<Asked> = ASKED.iter().filter_map(|asked| found(&engines, asked)).collect();
     let shapes = options.rays.div_ceil(EACH) as u64;
-    let crew = Crew::new(1)?;
+    let pool = ThreadPool::new(1)?;
     for number in 0..shapes {
         let shape = Shape::new(options.seed, number);
         let rays = rays::rays(&shape, EACH.min(options.rays - number as usize * EACH), options.seed, number);
         let right = tally::right(&shape, &rays);
         for asked in &mut asked {
             let engine = &engines[asked.settings[number as usize % asked.settings.len()]];
-            let answers = answers(&**engine, &crew, &shape.soup, &rays, asked.way)?;
+            let answers = answers(&**engine, &pool, &shape.soup, &rays, asked.way)?;
             asked.tally.count(number, &shape, &rays, &right, &answers);
         }
         if shapes >= 10 && (number + 1) * 10 / shapes > number * 10 / shapes {
@@ -130,8 +130,14 @@ fn found(engines: &[Box<dyn Engine>], (name, settings, way): &(&'static str, &[&
     Some(Asked { engine: name, instructions, settings, way: *way, tally: Tally::default() })
 }
 
-fn answers(engine: &dyn Engine, crew: &Crew, soup: &Soup, rays: &[Ray], way: Way) -> Result<Vec<Answer>, Failure> {
-    let tree = engine.prepare(soup)?.build(crew)?;
+fn answers(
+    engine: &dyn Engine,
+    pool: &ThreadPool,
+    soup: &Soup,
+    rays: &[Ray],
+    way: Way,
+) -> Result<Vec<Answer>, Failure> {
+    let tree = engine.prepare(soup)?.build(pool)?;
     let mut answers = vec![Answer::MISS; rays.len()];
     match way {
         Way::Single => tree.closest(rays, &mut answers),

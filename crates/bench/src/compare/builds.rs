@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::field::guarded;
 use super::{Log, Plan, QUICK_TRIANGLES};
 use crate::Failure;
-use crate::engine::{Class, Crew, Engine, Prepared, Tree};
+use crate::engine::{Class, Engine, Prepared, ThreadPool, Tree};
 use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
 use crate::measure::memory::Held;
 use crate::measure::pin::Pinned;
@@ -26,7 +26,7 @@ pub(crate) fn run(
     threads.extend((plan.threads > 1 && !(plan.quick && soup.len() > QUICK_TRIANGLES)).then_some(plan.threads));
     let seconds = seconds / threads.len() as f64;
     for threads in threads {
-        let crew = Crew::new(threads)?;
+        let pool = ThreadPool::new(threads)?;
         // On all threads, only those whose scaling is compared.
         let scales = |name: &str| name.starts_with("kinetree") || name.starts_with("embree");
         let mut foreseen = 0.0;
@@ -47,7 +47,7 @@ pub(crate) fn run(
             let mut ready: Vec<Option<Box<dyn Prepared>>> =
                 alike.iter().map(|engine| guarded(|| engine.prepare(soup)).ok()).collect();
             let rounds = Rounds { seconds: seconds / 3.0, ..plan.builds };
-            let times = in_turn(alike.len(), rounds, |at| build(ready[at].as_mut()?, &crew));
+            let times = in_turn(alike.len(), rounds, |at| build(ready[at].as_mut()?, &pool));
             for (engine, times) in alike.iter().zip(times) {
                 rows.extend(timed(case, *engine, Metric::Build, threads, &times));
             }
@@ -61,12 +61,12 @@ pub(crate) fn alone(engine: &str) -> String {
     format!("{engine}, the build alone")
 }
 
-fn build(ready: &mut Box<dyn Prepared>, crew: &Crew) -> Option<Elapsed> {
-    ready.renew(crew).ok()?;
-    let _pinned = (crew.threads == 1).then(|| Pinned::all_to(0));
+fn build(ready: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed> {
+    ready.renew(pool).ok()?;
+    let _pinned = (pool.threads == 1).then(|| Pinned::all_to(0));
     // Engines work on threads of their own, so the whole process counts; nothing else runs in it.
     let watch = Stopwatch::start(ClockScope::Process);
-    let tree = guarded(|| ready.build(crew)).ok()?;
+    let tree = guarded(|| ready.build(pool)).ok()?;
     let elapsed = watch.read();
     drop(tree);
     Some(elapsed)

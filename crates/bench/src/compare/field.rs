@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use super::budget::Budget;
 use super::{Log, builds};
 use crate::Failure;
-use crate::engine::{Class, Crew, Engine, Tree};
+use crate::engine::{Class, Engine, ThreadPool, Tree};
 use crate::measure::clock::{ClockScope, Stopwatch};
 use crate::measure::memory;
 use crate::report::{Record, TreeNote};
@@ -59,7 +59,7 @@ pub(crate) fn build(
     log: &mut Log,
     record: &mut Record,
 ) -> Result<Vec<Entrant>, Failure> {
-    let crew = Crew::new(1)?;
+    let pool = ThreadPool::new(1)?;
     let all = Stopwatch::start(ClockScope::Process);
     let mut field = Vec::new();
     for engine in engines {
@@ -71,13 +71,13 @@ pub(crate) fn build(
         let watch = Stopwatch::start(ClockScope::Process);
         let built = guarded(|| {
             let mut ready = engine.prepare(soup)?;
-            ready.renew(&crew)?;
+            ready.renew(&pool)?;
             let watch = Stopwatch::start(ClockScope::Process);
-            let (tree, held) = memory::count(|| ready.build(&crew));
+            let (tree, held) = memory::count(|| ready.build(&pool));
             let (tree, seconds_alone) = (tree?, watch.read().wall);
             let judged = (seconds.is_infinite() || soup.len() <= JUDGED) && !engine.shares_builds();
             let facts = tree.facts();
-            let cost = facts.cost.or_else(|| if judged { ready.judge(&crew) } else { None });
+            let cost = facts.cost.or_else(|| if judged { ready.judge(&pool) } else { None });
             Ok((tree, held, cost, seconds_alone))
         });
         budget.learn(&name, soup.len(), watch.read().wall);

@@ -4,7 +4,7 @@ use super::builds::timed;
 use super::field::guarded;
 use super::{Log, Plan};
 use crate::Failure;
-use crate::engine::{Crew, Engine, Refit};
+use crate::engine::{Engine, Refit, ThreadPool};
 use crate::measure::clock::{ClockScope, Stopwatch};
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
@@ -27,10 +27,10 @@ pub(crate) fn run(
     let unindexed = (!plan.quick).then(|| soup.unindexed());
     let soups = [(case.to_owned(), Some(soup)), (format!("{case}{UNINDEXED}"), unindexed.as_ref())];
     for (name, soup) in soups.into_iter().filter_map(|(name, soup)| Some((name, soup?))) {
-        let crew = Crew::new(1)?;
+        let pool = ThreadPool::new(1)?;
         let mut following: Vec<(&dyn Engine, Box<dyn Refit>)> = Vec::new();
         for engine in engines {
-            match guarded(|| engine.refitter(soup, &crew)) {
+            match guarded(|| engine.refitter(soup, &pool)) {
                 Ok(Some(refit)) => following.push((*engine, refit)),
                 Ok(None) => {}
                 Err(failure) => log.say(&format!("  {} cannot refit: {failure}", engine.name())),

@@ -6,7 +6,7 @@ use bvh::bvh::Bvh;
 use glam::Vec3;
 use nalgebra::{Point3, Vector3};
 
-use super::{Class, Crew, Engine, Prepared, Tree, moeller};
+use super::{Class, Engine, Prepared, ThreadPool, Tree, moeller};
 use crate::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
@@ -65,17 +65,17 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn renew(&mut self, _: &Crew) -> Result<(), Failure> {
+    fn renew(&mut self, _: &ThreadPool) -> Result<(), Failure> {
         self.spare.clone_from(&self.shapes);
         Ok(())
     }
 
-    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         if self.spare.is_empty() {
-            self.renew(crew)?;
+            self.renew(pool)?;
         }
         let mut shapes = std::mem::take(&mut self.spare);
-        let tree = crew.run(|| Bvh::build_par(&mut shapes));
+        let tree = pool.run(|| Bvh::build_par(&mut shapes));
         Ok(Box::new(Traced { tree, shapes }))
     }
 }

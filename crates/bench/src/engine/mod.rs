@@ -6,7 +6,7 @@
 
 #[cfg(feature = "bvh")]
 mod bvh;
-mod crew;
+mod thread_pool;
 #[cfg(all(feature = "embree", unix))]
 mod embree;
 #[cfg(any(feature = "bvh", feature = "parry3d", feature = "obvhs"))]
@@ -21,9 +21,9 @@ mod sorted;
 #[cfg(all(feature = "tinybvh", target_arch = "x86_64"))]
 mod tinybvh;
 
-pub(crate) use crew::Crew;
 pub(crate) use kinetree::Coherence;
 use kinetree::simd::Level;
+pub(crate) use thread_pool::ThreadPool;
 
 use crate::Failure;
 use crate::level::OWN_BUILD;
@@ -74,7 +74,7 @@ pub(crate) trait Engine {
     ///
     /// # Errors
     /// What keeps it from building.
-    fn refitter(&self, _soup: &Soup, _crew: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
+    fn refitter(&self, _soup: &Soup, _pool: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
         Ok(None)
     }
 }
@@ -85,7 +85,7 @@ pub(crate) trait Prepared {
     ///
     /// # Errors
     /// What keeps it from building.
-    fn renew(&mut self, _crew: &Crew) -> Result<(), Failure> {
+    fn renew(&mut self, _pool: &ThreadPool) -> Result<(), Failure> {
         Ok(())
     }
 
@@ -93,10 +93,10 @@ pub(crate) trait Prepared {
     ///
     /// # Errors
     /// What went wrong.
-    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure>;
+    fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure>;
 
     /// The expected cost of a ray by the formula of [`Facts::cost`], where the engine tells it only on request: it builds once more.
-    fn judge(&mut self, _crew: &Crew) -> Option<f32> {
+    fn judge(&mut self, _pool: &ThreadPool) -> Option<f32> {
         None
     }
 }

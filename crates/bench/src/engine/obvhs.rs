@@ -9,7 +9,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::RayHit;
 use obvhs::triangle::Triangle;
 
-use super::{Class, Crew, Engine, Prepared, Tree, moeller};
+use super::{Class, Engine, Prepared, ThreadPool, Tree, moeller};
 use crate::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
@@ -53,9 +53,9 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let mut its_own_clock = Duration::ZERO;
-        let tree = crew.run(|| build_cwbvh_from_tris(&self.triangles, self.params, &mut its_own_clock));
+        let tree = pool.run(|| build_cwbvh_from_tris(&self.triangles, self.params, &mut its_own_clock));
         // In the order of the leaves, as its documentation advises.
         let triangles = tree.primitive_indices.iter().map(|&i| self.triangles[i as usize]).collect();
         Ok(Box::new(Traced { tree, triangles }))

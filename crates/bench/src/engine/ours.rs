@@ -7,7 +7,7 @@ use kinetree::query::sort::BLOCK;
 use kinetree::simd::Level;
 use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Precision, Scene, Snapshot, Work};
 
-use super::{Batch, Class, Crew, Engine, Facts, Mode, Prepared, Refit, Tree};
+use super::{Batch, Class, Engine, Facts, Mode, Prepared, Refit, ThreadPool, Tree};
 use crate::Failure;
 use crate::agree::refined;
 use crate::ray::{Answer, Ray};
@@ -82,12 +82,12 @@ impl Engine for Kinetree {
         Ok(Box::new(Ready { setting: *self, mesh: self.mesh(soup)?, scene: None }))
     }
 
-    fn refitter(&self, soup: &Soup, crew: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
+    fn refitter(&self, soup: &Soup, pool: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
         if self.quality != Quality::Fast || !self.robust {
             return Ok(None);
         }
         let mesh = self.mesh(soup)?;
-        let mut following = crew.run(|| -> Result<_, Failure> {
+        let mut following = pool.run(|| -> Result<_, Failure> {
             let (mut scene, mesh) = scene_of(mesh, Motion::Deforming)?;
             let frame = scene.commit();
             Ok(Following { scene, mesh, frame })
@@ -115,19 +115,19 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn renew(&mut self, _: &Crew) -> Result<(), Failure> {
+    fn renew(&mut self, _: &ThreadPool) -> Result<(), Failure> {
         // A mesh of its own: clones share their first tree, and nothing would be built again.
         let mesh = self.setting.mesh_of(self.mesh.positions(), self.mesh.triangles())?;
         self.scene = Some(scene_of(mesh, Motion::Static)?.0);
         Ok(())
     }
 
-    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         if self.scene.is_none() {
-            self.renew(crew)?;
+            self.renew(pool)?;
         }
         let mut scene = self.scene.take().expect("it has just been renewed");
-        Ok(Box::new(Traced { view: crew.run(|| scene.commit()) }))
+        Ok(Box::new(Traced { view: pool.run(|| scene.commit()) }))
     }
 }
 
@@ -295,9 +295,9 @@ mod tests {
         let setting = SETTINGS[1];
         let mesh = setting.mesh_of(&triangle, &[[0, 1, 2]]).unwrap();
         let mut ready = Ready { setting, mesh, scene: None };
-        let crew = Crew::new(1).unwrap();
+        let pool = ThreadPool::new(1).unwrap();
         let mut build = || {
-            ready.renew(&crew).unwrap();
+            ready.renew(&pool).unwrap();
             ready.scene.take().expect("it has just been renewed").commit()
         };
         let (one, other) = (build(), build());

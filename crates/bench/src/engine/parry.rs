@@ -5,7 +5,7 @@ use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::details::local_ray_intersection_with_triangle;
 
-use super::{Class, Crew, Engine, Facts, Prepared, Tree, moeller};
+use super::{Class, Engine, Facts, Prepared, ThreadPool, Tree, moeller};
 use crate::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
@@ -45,7 +45,7 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn build(&mut self, _: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn build(&mut self, _: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let boxes: Vec<Aabb> =
             self.corners.iter().map(|[a, b, c]| Aabb::new(a.min(*b).min(*c), a.max(*b).max(*c))).collect();
         let tree = Bvh::from_leaves((self.strategy)(), &boxes);

@@ -8,7 +8,7 @@ use std::ffi::c_void;
 
 use tinybvh_rs::{bvh, bvh8_cpu, mbvh};
 
-use super::{Class, Crew, Engine, Facts, Prepared, Refit, Tree};
+use super::{Class, Engine, Facts, Prepared, Refit, ThreadPool, Tree};
 use crate::Failure;
 use crate::measure::memory;
 use crate::ray::{Answer, Ray};
@@ -54,7 +54,7 @@ impl Engine for TinyBvh {
         Ok(Box::new(Ready { corners: corners(soup.triangles.as_slice(), &soup.positions), best: self.best }))
     }
 
-    fn refitter(&self, soup: &Soup, _: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
+    fn refitter(&self, soup: &Soup, _: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
         if self.best {
             // Trees with spatial splits cannot be refitted.
             return Ok(None);
@@ -81,7 +81,7 @@ struct Ready {
 }
 
 impl Prepared for Ready {
-    fn build(&mut self, _: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn build(&mut self, _: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let before = memory::of_c();
         let corners = self.corners.as_slice().into();
         let mut binary = if self.best { bvh::BVH::new_hq(corners) } else { bvh::BVH::new(corners) }.map_err(failure)?;

@@ -18,7 +18,7 @@ use kinetree::simd::Level;
 use self::api::{Api, BuildQuality, SceneFlags};
 use self::device::Device;
 use self::scene::{Following, Ready};
-use super::{Class, Crew, Engine, Prepared, Refit};
+use super::{Class, Engine, Prepared, Refit, ThreadPool};
 use crate::Failure;
 use crate::level::OWN_BUILD;
 use crate::soup::Soup;
@@ -108,10 +108,10 @@ impl Engine for Embree {
         Ok(Box::new(Ready::new(&self.api, soup, self.quality, self.flags)))
     }
 
-    fn refitter(&self, soup: &Soup, crew: &Crew) -> Result<Option<Box<dyn Refit>>, Failure> {
+    fn refitter(&self, soup: &Soup, pool: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
         if self.quality != BuildQuality::MEDIUM || self.is_robust() {
             return Ok(None);
         }
-        Ok(Some(Box::new(Following::new(&self.api, soup, crew.threads)?)))
+        Ok(Some(Box::new(Following::new(&self.api, soup, pool.threads)?)))
     }
 }

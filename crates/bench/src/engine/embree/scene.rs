@@ -13,7 +13,7 @@ use super::packets::Packets;
 use super::said;
 use super::sorted::Sorted;
 use crate::Failure;
-use crate::engine::{Batch, Crew, Facts, Prepared, Refit, Tree};
+use crate::engine::{Batch, Facts, Prepared, Refit, ThreadPool, Tree};
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
@@ -121,16 +121,16 @@ impl Ready {
 }
 
 impl Prepared for Ready {
-    fn renew(&mut self, crew: &Crew) -> Result<(), Failure> {
-        let device = Device::new(&self.api, crew.threads)?;
+    fn renew(&mut self, pool: &ThreadPool) -> Result<(), Failure> {
+        let device = Device::new(&self.api, pool.threads)?;
         let buffers = Arc::clone(&self.buffers);
         self.scene = Some(OneMesh::new(device, buffers, self.quality, self.quality, self.flags)?);
         Ok(())
     }
 
-    fn build(&mut self, crew: &Crew) -> Result<Box<dyn Tree>, Failure> {
+    fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         if self.scene.is_none() {
-            self.renew(crew)?;
+            self.renew(pool)?;
         }
         let mesh = self.scene.take().expect("it has just been renewed");
         mesh.commit()?;
@@ -141,9 +141,9 @@ impl Prepared for Ready {
         Ok(Box::new(Traced { packets, sorted, mesh, bytes, peak }))
     }
 
-    fn judge(&mut self, crew: &Crew) -> Option<f32> {
+    fn judge(&mut self, pool: &ThreadPool) -> Option<f32> {
         let build = || -> Result<(), Failure> {
-            let device = Device::with_messages(&self.api, crew.threads, true)?;
+            let device = Device::with_messages(&self.api, pool.threads, true)?;
             OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?.commit()
         };
         let (built, text) = said::said(build)?;

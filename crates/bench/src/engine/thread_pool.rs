@@ -3,23 +3,23 @@
 use crate::Failure;
 
 /// So many threads, and no others, work on what runs within.
-pub(crate) struct Crew {
+pub(crate) struct ThreadPool {
     /// How many.
     pub(crate) threads: usize,
-    pool: rayon::ThreadPool,
+    rayon: rayon::ThreadPool,
 }
 
-impl Crew {
+impl ThreadPool {
     /// So many threads.
     ///
     /// # Errors
     /// The system gives no threads.
     pub(crate) fn new(threads: usize) -> Result<Self, Failure> {
-        Ok(Self { threads, pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build()? })
+        Ok(Self { threads, rayon: rayon::ThreadPoolBuilder::new().num_threads(threads).build()? })
     }
 
     /// Runs a job on these threads: engines that share work through rayon find them there.
     pub(crate) fn run<R: Send>(&self, job: impl FnOnce() -> R + Send) -> R {
-        self.pool.install(job)
+        self.rayon.install(job)
     }
 }
