@@ -87,7 +87,7 @@ struct Traced {
 
 /// With the direction as it is: its constructor would make it length one, and `t` another.
 #[inline]
-fn theirs(ray: &Ray) -> bvh::ray::Ray<f32, 3> {
+fn engine_ray(ray: &Ray) -> bvh::ray::Ray<f32, 3> {
     let direction = Vector3::from(ray.direction);
     bvh::ray::Ray { origin: Point3::from(ray.origin), direction, inv_direction: direction.map(|d| 1.0 / d) }
 }
@@ -95,7 +95,7 @@ fn theirs(ray: &Ray) -> bvh::ray::Ray<f32, 3> {
 impl Tree for Traced {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            let query = theirs(ray);
+            let query = engine_ray(ray);
             let mut best = Answer { t: ray.t_max, ..Answer::MISS };
             for shape in self.tree.nearest_traverse_iterator(&query, &self.shapes) {
                 // Boxes come by their entries: behind the hit, nothing nearer can come.
@@ -113,7 +113,7 @@ impl Tree for Traced {
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            let query = theirs(ray);
+            let query = engine_ray(ray);
             // Its other iterator has a stack of 32 places, and panics when a tree is deeper.
             let mut shapes = self.tree.nearest_traverse_iterator(&query, &self.shapes);
             *slot = shapes.any(|shape| moeller::hit(ray, &shape.corners).is_some_and(|hit| hit.0 <= ray.t_max));

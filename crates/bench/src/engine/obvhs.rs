@@ -68,7 +68,7 @@ struct Traced {
 }
 
 #[inline]
-fn theirs(ray: &Ray) -> obvhs::ray::Ray {
+fn engine_ray(ray: &Ray) -> obvhs::ray::Ray {
     obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max)
 }
 
@@ -76,7 +76,7 @@ impl Tree for Traced {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
             let mut hit = RayHit::none();
-            let found = self.tree.ray_traverse(theirs(ray), &mut hit, |ray, id| self.triangles[id].intersect(ray));
+            let found = self.tree.ray_traverse(engine_ray(ray), &mut hit, |ray, id| self.triangles[id].intersect(ray));
             *slot = if found {
                 let place = hit.primitive_id as usize;
                 let Triangle { v0, v1, v2 } = self.triangles[place];
@@ -91,7 +91,7 @@ impl Tree for Traced {
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            *slot = !self.tree.ray_traverse_miss(theirs(ray), |ray, id| self.triangles[id].intersect(ray));
+            *slot = !self.tree.ray_traverse_miss(engine_ray(ray), |ray, id| self.triangles[id].intersect(ray));
         }
     }
 }

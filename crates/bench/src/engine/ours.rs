@@ -136,7 +136,7 @@ struct Traced {
 }
 
 #[inline]
-fn theirs(ray: &Ray) -> kinetree::Ray {
+fn engine_ray(ray: &Ray) -> kinetree::Ray {
     kinetree::Ray::new(ray.origin, ray.direction).with_range(0.0, ray.t_max)
 }
 
@@ -154,13 +154,13 @@ fn answer(hit: Option<Hit>) -> Answer {
 impl Tree for Traced {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            *slot = answer(self.view.closest_hit(&theirs(ray)));
+            *slot = answer(self.view.closest_hit(&engine_ray(ray)));
         }
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            *slot = self.view.occluded(&theirs(ray));
+            *slot = self.view.occluded(&engine_ray(ray));
         }
     }
 
@@ -183,8 +183,8 @@ impl Tree for Traced {
         let query = self.view.query();
         for ray in rays {
             match question {
-                Question::Closest => drop(query.closest_hit_counted(&theirs(ray), &mut work)),
-                Question::Occluded => drop(query.occluded_counted(&theirs(ray), &mut work)),
+                Question::Closest => drop(query.closest_hit_counted(&engine_ray(ray), &mut work)),
+                Question::Occluded => drop(query.occluded_counted(&engine_ray(ray), &mut work)),
             }
         }
         Some(work)
@@ -208,7 +208,7 @@ impl Batch for Traced {
         ROOM.with_borrow_mut(|Room { block, hits }| {
             for (rays, answers) in rays.chunks(together(coherence)).zip(answers.chunks_mut(together(coherence))) {
                 block.clear();
-                block.extend(rays.iter().map(theirs));
+                block.extend(rays.iter().map(engine_ray));
                 hits.resize(rays.len(), None);
                 self.view.closest_hits(block, hits, coherence);
                 answers.iter_mut().zip(hits.iter()).for_each(|(slot, hit)| *slot = answer(*hit));
@@ -220,7 +220,7 @@ impl Batch for Traced {
         ROOM.with_borrow_mut(|Room { block, .. }| {
             for (rays, answers) in rays.chunks(together(coherence)).zip(answers.chunks_mut(together(coherence))) {
                 block.clear();
-                block.extend(rays.iter().map(theirs));
+                block.extend(rays.iter().map(engine_ray));
                 self.view.occluded_each(block, answers, coherence);
             }
         });

@@ -69,14 +69,14 @@ impl Traced {
 }
 
 #[inline]
-fn theirs(ray: &Ray) -> parry3d::query::Ray {
+fn engine_ray(ray: &Ray) -> parry3d::query::Ray {
     parry3d::query::Ray::new(Vector::from(ray.origin), Vector::from(ray.direction))
 }
 
 impl Tree for Traced {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            let query = theirs(ray);
+            let query = engine_ray(ray);
             let t_max = ray.t_max.min(f32::MAX);
             let found = self.tree.cast_ray(&query, t_max, |primitive, best| self.hit(primitive, &query, best));
             *slot = found.map_or(Answer::MISS, |(primitive, t)| {
@@ -89,7 +89,7 @@ impl Tree for Traced {
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
         for (ray, slot) in rays.iter().zip(answers) {
-            let query = theirs(ray);
+            let query = engine_ray(ray);
             let t_max = ray.t_max.min(f32::MAX);
             let mut leaves = self.tree.leaves(|node| node.cast_ray(&query, t_max) <= t_max);
             *slot = leaves.any(|primitive| self.hit(primitive, &query, t_max).is_some());

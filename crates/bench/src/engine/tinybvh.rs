@@ -136,7 +136,7 @@ unsafe impl Sync for Traced {}
 
 /// The ray as the C++ side has it: 64 bytes that matter, and 64 of the caller's own data.
 #[repr(C, align(64))]
-struct TheirRay {
+struct CppRay {
     origin: [f32; 3],
     mask: u32,
     direction: [f32; 3],
@@ -150,7 +150,7 @@ struct TheirRay {
     auxiliary: [u64; 8],
 }
 
-const _: () = assert!(size_of::<TheirRay>() == 128);
+const _: () = assert!(size_of::<CppRay>() == 128);
 const _: () = assert!(size_of::<bvh8_cpu::BVH>() == size_of::<*const c_void>());
 
 /// What it takes for infinity.
@@ -159,16 +159,16 @@ const FAR: f32 = tinybvh_rs::INFINITE;
 unsafe extern "C" {
     /// `int32_t tinybvh::BVH8_CPU::Intersect(Ray&) const`
     #[link_name = "_ZNK7tinybvh8BVH8_CPU9IntersectERNS_3RayE"]
-    fn intersect(tree: *const c_void, ray: *mut TheirRay) -> i32;
+    fn intersect(tree: *const c_void, ray: *mut CppRay) -> i32;
     /// `bool tinybvh::BVH8_CPU::IsOccluded(const Ray&) const`
     #[link_name = "_ZNK7tinybvh8BVH8_CPU10IsOccludedERKNS_3RayE"]
-    fn is_occluded(tree: *const c_void, ray: *const TheirRay) -> bool;
+    fn is_occluded(tree: *const c_void, ray: *const CppRay) -> bool;
 }
 
 #[inline]
-fn theirs(ray: &Ray) -> TheirRay {
+fn engine_ray(ray: &Ray) -> CppRay {
     let reciprocal = ray.direction.map(|d| if d.abs() > 1e-12 { 1.0 / d } else { FAR.copysign(d) });
-    TheirRay {
+    CppRay {
         origin: ray.origin,
         mask: 0xffff,
         direction: ray.direction,
@@ -195,10 +195,10 @@ impl Tree for Traced {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         let tree = self.pointer();
         for (ray, slot) in rays.iter().zip(answers) {
-            let mut query = theirs(ray);
+            let mut query = engine_ray(ray);
             // SAFETY: the tree is alive and finished, the ray has the layout of the C++ side, and AVX2 was found before there was an engine.
             unsafe { intersect(tree, &mut query) };
-            let TheirRay { t, u, v, primitive, hit_instance: mesh, .. } = query;
+            let CppRay { t, u, v, primitive, hit_instance: mesh, .. } = query;
             *slot = if primitive == Answer::NOTHING { Answer::MISS } else { Answer { t, u, v, primitive, mesh } };
         }
     }
@@ -207,7 +207,7 @@ impl Tree for Traced {
         let tree = self.pointer();
         for (ray, slot) in rays.iter().zip(answers) {
             // SAFETY: as in `closest`; the ray is only read.
-            *slot = unsafe { is_occluded(tree, &theirs(ray)) };
+            *slot = unsafe { is_occluded(tree, &engine_ray(ray)) };
         }
     }
 

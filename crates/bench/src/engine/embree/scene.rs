@@ -160,7 +160,7 @@ struct Traced {
 }
 
 #[inline]
-fn theirs(ray: &Ray) -> RtcRay {
+fn engine_ray(ray: &Ray) -> RtcRay {
     let Ray { origin, t_max, direction } = *ray;
     RtcRay { origin, t_near: 0.0, direction, time: 0.0, t_far: t_max, mask: u32::MAX, id: 0, flags: 0 }
 }
@@ -172,7 +172,7 @@ pub(super) fn closest(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [Ans
     let no_arguments: *mut Arguments = std::ptr::null_mut();
     for (ray, slot) in rays.iter().zip(answers) {
         let mut query = RtcRayHit {
-            ray: theirs(ray),
+            ray: engine_ray(ray),
             normal: [0.0; 3],
             u: 0.0,
             v: 0.0,
@@ -192,7 +192,7 @@ pub(super) fn occluded(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [bo
     let _quiet = NoDenormals::begin();
     let occluded = api.occluded1;
     for (ray, slot) in rays.iter().zip(answers) {
-        let mut query = theirs(ray);
+        let mut query = engine_ray(ray);
         // SAFETY: as in `closest`; the ray has the layout and alignment of `RTCRay`.
         unsafe { occluded(scene, (&raw mut query).cast(), std::ptr::null_mut()) };
         // What it hits, it marks by a distance of minus infinity.
