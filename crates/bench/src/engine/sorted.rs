@@ -14,11 +14,11 @@ pub(crate) fn in_our_order<A: Copy>(
     trace: impl Fn(&[Ray], &mut [A]),
 ) {
     let mut sorter = Sorter::new(bounds);
-    let ours = |ray: &Ray| kinetree::Ray::new(ray.origin, ray.direction).with_range(0.0, ray.t_max);
+    let library_ray = |ray: &Ray| kinetree::Ray::new(ray.origin, ray.direction).with_range(0.0, ray.t_max);
     let (mut block, mut gathered, mut answered) = (Vec::new(), Vec::new(), Vec::new());
     for (rays, answers) in rays.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
         block.clear();
-        block.extend(rays.iter().map(ours));
+        block.extend(rays.iter().map(library_ray));
         for places in sorter.order(&block).chunks(FETCHED) {
             gathered.clear();
             gathered.extend(places.iter().map(|place| rays[place.ray()]));

@@ -27,13 +27,13 @@ impl Spread {
 pub(crate) struct Logs(Vec<Vec<f64>>);
 
 impl Logs {
-    /// How many times faster the one with the times `ours` is than the one with the times `theirs`, pair by pair.
-    pub(crate) fn of_times(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> Self {
-        let process = |(ours, theirs): (&Vec<f64>, &Vec<f64>)| {
-            let pairs = ours.iter().zip(theirs).filter(|(a, b)| **a > 0.0 && **b > 0.0);
-            pairs.map(|(ours, theirs)| (theirs / ours).ln()).collect()
+    /// How many times faster the one with the times `ours` is than the one with the times `others`, pair by pair.
+    pub(crate) fn of_times(ours: &[Vec<f64>], others: &[Vec<f64>]) -> Self {
+        let process = |(ours, others): (&Vec<f64>, &Vec<f64>)| {
+            let pairs = ours.iter().zip(others).filter(|(a, b)| **a > 0.0 && **b > 0.0);
+            pairs.map(|(ours, others)| (others / ours).ln()).collect()
         };
-        Self(ours.iter().zip(theirs).map(process).collect())
+        Self(ours.iter().zip(others).map(process).collect())
     }
 
     /// Of one positive number from each process; what is not positive does not count.
@@ -115,17 +115,17 @@ mod tests {
 
     #[test]
     fn a_drifting_clock_does_not_touch_a_paired_ratio() {
-        let theirs: Vec<f64> = (1..10).map(f64::from).collect();
-        let ours: Vec<f64> = theirs.iter().map(|time| time / 1.5).collect();
-        let ratio = Logs::of_times(&[ours], &[theirs]).ratio().unwrap();
+        let others: Vec<f64> = (1..10).map(f64::from).collect();
+        let ours: Vec<f64> = others.iter().map(|time| time / 1.5).collect();
+        let ratio = Logs::of_times(&[ours], &[others]).ratio().unwrap();
         let (lower, upper) = ratio.bounds.unwrap();
         assert!([ratio.mean, lower, upper].iter().all(|x| (x - 1.5).abs() < 1e-9), "{ratio:?}");
     }
 
     #[test]
     fn noise_widens_the_bounds_and_leaves_the_mean() {
-        let theirs = [1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 1.0, 2.0];
-        let ratio = Logs::of_times(&[vec![1.0; 8]], &[theirs.to_vec()]).ratio().unwrap();
+        let others = [1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 1.0, 2.0];
+        let ratio = Logs::of_times(&[vec![1.0; 8]], &[others.to_vec()]).ratio().unwrap();
         let (lower, upper) = ratio.bounds.unwrap();
         assert!((ratio.mean - 2.0_f64.sqrt()).abs() < 1e-9);
         // 1.895 deviations of 0.1310, which is the standard error of the logarithms.
@@ -137,8 +137,8 @@ mod tests {
     #[test]
     fn what_differs_between_processes_is_not_averaged_away_by_many_rounds() {
         let ours = vec![vec![1.0; 100]; 3];
-        let theirs = vec![vec![1.0; 100], vec![1.1; 100], vec![1.2; 100]];
-        let (lower, upper) = Logs::of_times(&ours, &theirs).ratio().unwrap().bounds.unwrap();
+        let others = vec![vec![1.0; 100], vec![1.1; 100], vec![1.2; 100]];
+        let (lower, upper) = Logs::of_times(&ours, &others).ratio().unwrap().bounds.unwrap();
         assert!(lower < 1.0 && upper > 1.2, "{lower} {upper}");
         assert_eq!(Logs::of_processes([2.0]).ratio().unwrap().bounds, None);
     }

@@ -49,10 +49,8 @@ impl Record {
     }
 
     /// How much faster rays get through one tree than through another, over the mix.
-    pub(super) fn traced(&self, case: &str, ours: &str, theirs: &str) -> Option<Logs> {
-        Some(Logs::of_processes(both(&self.mixed(case, theirs)?, &self.mixed(case, ours)?, |theirs, ours| {
-            theirs / ours
-        })))
+    pub(super) fn traced(&self, case: &str, ours: &str, rival: &str) -> Option<Logs> {
+        Some(Logs::of_processes(both(&self.mixed(case, rival)?, &self.mixed(case, ours)?, |rival, ours| rival / ours)))
     }
 
     /// How many times faster several threads are than one, by the wall, for each process.
@@ -60,8 +58,8 @@ impl Record {
         both(&medians(&one.walls), &medians(&several.walls), |one, several| one / several)
     }
 
-    /// Our scaling over theirs, for builds or for a kind of rays, in every case that has both.
-    pub(super) fn scalings(&self, rays: Option<Kind>, (ours, theirs): (&str, &str)) -> Vec<Found> {
+    /// Our scaling over rival, for builds or for a kind of rays, in every case that has both.
+    pub(super) fn scalings(&self, rays: Option<Kind>, (ours, rival): (&str, &str)) -> Vec<Found> {
         let row = |case: &str, engine: &str, threads| match rays {
             None => self.build(case, engine, threads),
             Some(kind) => self.single(case, engine, kind, threads),
@@ -72,10 +70,10 @@ impl Record {
             Some(Self::scaling(row(case, engine, 1)?, row(case, engine, most)?))
         };
         let find = |case: &String| {
-            let (ours, others) = (of(case, ours)?, of(case, theirs)?);
+            let (ours, others) = (of(case, ours)?, of(case, rival)?);
             let middle = |numbers: &[f64]| Spread::of(numbers.iter().copied()).map_or(0.0, |spread| spread.median);
-            let note = format!("{:.2} from 1 to {most} threads, {theirs} {:.2}", middle(&ours), middle(&others));
-            let logs = Logs::of_processes(both(&ours, &others, |ours, theirs| ours / theirs));
+            let note = format!("{:.2} from 1 to {most} threads, {rival} {:.2}", middle(&ours), middle(&others));
+            let logs = Logs::of_processes(both(&ours, &others, |ours, rival| ours / rival));
             Some(Found { case: case.clone(), note, logs })
         };
         self.cases().iter().filter_map(find).collect()
@@ -102,8 +100,8 @@ impl Record {
                     best.insert(row.is_ours(), (total, &row.engine, times));
                 }
             }
-            let ((_, name, ours), (_, other, theirs)) = (best.get(&true)?, best.get(&false)?);
-            let logs = Logs::of_processes(both(theirs, ours, |theirs, ours| theirs / ours));
+            let ((_, name, ours), (_, other, rival)) = (best.get(&true)?, best.get(&false)?);
+            let logs = Logs::of_processes(both(rival, ours, |rival, ours| rival / ours));
             Some(Found { case: case.clone(), note: format!("{name} over {other}"), logs })
         };
         self.cases().iter().filter_map(find).collect()

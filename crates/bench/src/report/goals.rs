@@ -37,11 +37,11 @@ pub(crate) fn goals(record: &Record, level: &str, second_cache: usize) -> String
 }
 
 impl Record {
-    /// In each case, the first of ours that `ours` picks over the fastest that `theirs` picks.
-    fn pairs(&self, ours: impl Fn(&Row) -> bool, theirs: impl Fn(&Row) -> bool) -> Vec<Found> {
+    /// In each case, the first of ours that `ours` picks over the fastest that `rival` picks.
+    fn pairs(&self, ours: impl Fn(&Row) -> bool, rival: impl Fn(&Row) -> bool) -> Vec<Found> {
         let find = |row: &Row| {
             let others =
-                self.rows.iter().filter(|other| other.case == row.case && !other.times.is_empty() && theirs(other));
+                self.rows.iter().filter(|other| other.case == row.case && !other.times.is_empty() && rival(other));
             let best = others.min_by(|a, b| a.seconds().total_cmp(&b.seconds()))?;
             let differ = best.differ.filter(|differ| differ.elsewhere > 0);
             let differ =
@@ -156,14 +156,14 @@ fn thin(record: &Record, all: &mut Vec<Verdict>) {
 }
 
 /// What a found pair of builds is worth: how fast rays are in the trees that come out, and what the trees cost.
-fn quality(record: &Record, case: &str, ours: &str, theirs: &str) -> (Option<f64>, String) {
-    let traced = record.traced(case, ours, theirs).and_then(|logs| logs.ratio()).map(|ratio| ratio.mean);
+fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>, String) {
+    let traced = record.traced(case, ours, rival).and_then(|logs| logs.ratio()).map(|ratio| ratio.mean);
     let cost =
         |engine: &str| record.tree(case, base(engine)).filter(|tree| !tree.is_binary()).and_then(|tree| tree.cost);
     let shown = traced.map_or_else(|| "-".to_owned(), |traced| format!("{traced:.2}x"));
-    let costs = cost(ours).zip(cost(theirs));
+    let costs = cost(ours).zip(cost(rival));
     let costs = costs
-        .map_or_else(String::new, |(ours, theirs)| format!(", cost {ours:.2} against {theirs:.2} by Embree's formula"));
+        .map_or_else(String::new, |(ours, rival)| format!(", cost {ours:.2} against {rival:.2} by Embree's formula"));
     let text = format!("rays {shown}{costs}");
     (traced, text)
 }
@@ -176,12 +176,12 @@ fn builds(record: &Record, all: &mut Vec<Verdict>) {
         let other = loose(engine);
         if record.single(case, &other, Kind::Primary, 1).is_some() { other } else { engine.to_owned() }
     };
-    let compare = |ours: &'static str, theirs: &'static str| {
+    let compare = |ours: &'static str, rival: &'static str| {
         let is =
             |name: &'static str| move |row: &Row| row.metric == Metric::Build && row.threads == 1 && row.engine == name;
-        let mut found = record.pairs(is(ours), is(theirs));
+        let mut found = record.pairs(is(ours), is(rival));
         for found in &mut found {
-            found.note += &format!(": {}", quality(record, &found.case, &tracing(&found.case, ours), theirs).1);
+            found.note += &format!(": {}", quality(record, &found.case, &tracing(&found.case, ours), rival).1);
         }
         found
     };
@@ -206,18 +206,18 @@ fn builds(record: &Record, all: &mut Vec<Verdict>) {
 /// Scaling, images, refits, growth, memory.
 fn rest(record: &Record, all: &mut Vec<Verdict>) {
     let mut add = |what: String, bar, found, alone| all.push(Verdict { what, bar, found, alone });
-    for (_, ours, theirs, _) in CLASSES {
+    for (_, ours, rival, _) in CLASSES {
         // The aim is 1.9 by itself, which the notes show.
         let bar = Bar::AtLeast(1.0, 1.0);
         add(
-            format!("scaling of builds, {ours} over {theirs}, aim 1.9 by itself"),
+            format!("scaling of builds, {ours} over {rival}, aim 1.9 by itself"),
             bar,
-            record.scalings(None, (ours, theirs)),
+            record.scalings(None, (ours, rival)),
             false,
         );
         for kind in [Kind::Primary, Kind::Diffuse] {
-            let found = record.scalings(Some(kind), (ours, theirs));
-            add(format!("scaling of {}, {ours} over {theirs}, aim 1.9 by itself", kind.name()), bar, found, false);
+            let found = record.scalings(Some(kind), (ours, rival));
+            add(format!("scaling of {}, {ours} over {rival}, aim 1.9 by itself", kind.name()), bar, found, false);
         }
     }
     for each in [1.0, 10.0, 100.0] {

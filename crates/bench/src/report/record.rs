@@ -56,8 +56,8 @@ impl Record {
     /// Adds what process number `process` has measured.
     pub(crate) fn join(&mut self, other: Self, process: usize) {
         for row in other.rows {
-            match self.rows.iter_mut().find(|ours| ours.is_same(&row)) {
-                Some(ours) => ours.join(row, process),
+            match self.rows.iter_mut().find(|known| known.is_same(&row)) {
+                Some(known) => known.join(row, process),
                 None => {
                     let mut row = row;
                     row.times.splice(0..0, vec![Vec::new(); process]);
@@ -67,7 +67,7 @@ impl Record {
             }
         }
         for tree in other.trees {
-            if !self.trees.iter().any(|ours| (&ours.case, &ours.engine) == (&tree.case, &tree.engine)) {
+            if !self.trees.iter().any(|known| (&known.case, &known.engine) == (&tree.case, &tree.engine)) {
                 self.trees.push(tree);
             }
         }
