@@ -12,8 +12,8 @@ use super::traces::named;
 use super::{Log, Plan};
 use crate::agree::{Differences, Dispute, Given, Truths, disputes};
 use crate::case::{Case, leeway};
-use crate::engine::ours::LOOSE;
-use crate::engine::{Batch, ours};
+use crate::engine::FAST_PRECISION_SUFFIX;
+use crate::engine::{Batch, Reference};
 use crate::exact::{closest_by_looking, crossing};
 use crate::ray::{Answer, Ray};
 use crate::rays::Kind;
@@ -34,9 +34,9 @@ pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), Differ>;
 #[derive(Debug, Default)]
 pub(crate) struct Checked {
     /// Whether an answer of ours, or how many there are, was not as it should be.
-    pub(crate) ours_wrong: bool,
+    pub(crate) kinetree_is_wrong: bool,
     /// Whether anybody's was not, apart from edges of triangles.
-    pub(crate) somebody_differs: bool,
+    pub(crate) some_engine_differs: bool,
     /// How often.
     pub(crate) disagreements: Disagreements,
 }
@@ -47,7 +47,7 @@ pub(crate) fn check(
     case: &Case,
     plan: &Plan,
     soup: &Soup,
-    reference: &ours::Reference,
+    reference: &Reference,
     sets: &[RaySet],
     field: &mut Vec<Entrant>,
     log: &mut Log,
@@ -59,12 +59,12 @@ pub(crate) fn check(
         log.say(&format!("  {:<17} {hits} of {} rays hit something", set.kind.name(), set.rays.len()));
         let wanted = case.expected(set.kind, plan.quick, soup.len());
         if wanted.is_some_and(|wanted| wanted.abs_diff(hits) > leeway(set.kind, set.rays.len())) {
-            checked.ours_wrong = true;
+            checked.kinetree_is_wrong = true;
             log.say(&format!("  {}: {hits} rays hit something, the case says otherwise: {wanted:?}", set.kind.name()));
         }
     }
     if plan.first {
-        checked.ours_wrong |= !looks_right(plan, soup, sets, &expected, log);
+        checked.kinetree_is_wrong |= !looks_right(plan, soup, sets, &expected, log);
     }
     judge(plan, soup, sets, &expected, field, log, &mut checked);
     checked
@@ -118,8 +118,8 @@ fn judge(
         }
         Err(panicked) => {
             log.say(&panicked);
-            checked.somebody_differs = true;
-            checked.ours_wrong |= is_ours(entrant);
+            checked.some_engine_differs = true;
+            checked.kinetree_is_wrong |= is_kinetree(entrant);
             false
         }
     });
@@ -140,13 +140,13 @@ fn judge(
             "  disputed: {settled} rays settled by exact search, {unsettled} believed of the reference for want of time; it was wrong about {all}, {at_edges} of them at edges"
         ));
     }
-    checked.ours_wrong |= reference.elsewhere() > 0;
+    checked.kinetree_is_wrong |= reference.elsewhere() > 0;
     for (entrant, ways) in field.iter().zip(&heard) {
         entrant_answers(soup, sets, expected, &truths, entrant, ways, log, checked);
     }
 }
 
-fn is_ours(entrant: &Entrant) -> bool {
+fn is_kinetree(entrant: &Entrant) -> bool {
     entrant.name.starts_with("kinetree")
 }
 
@@ -179,12 +179,12 @@ fn entrant_answers(
         entrant.name, total.all, total.rays, total.at_edges
     ));
     // Examples are enough.
-    let ours = is_ours(entrant);
+    let ours = is_kinetree(entrant);
     let shown = notes.len().min(if ours { 3 } else { 1 });
     notes[..shown].iter().for_each(|note| log.say(note));
-    checked.somebody_differs |= total.elsewhere() > 0;
+    checked.some_engine_differs |= total.elsewhere() > 0;
     // Single precision is not held to what only the watertight test promises.
-    checked.ours_wrong |= ours && !entrant.name.ends_with(LOOSE) && total.elsewhere() > 0;
+    checked.kinetree_is_wrong |= ours && !entrant.name.ends_with(FAST_PRECISION_SUFFIX) && total.elsewhere() > 0;
 }
 
 /// Asks an entrant in every way in which it is going to be timed.
@@ -262,9 +262,9 @@ mod tests {
     use crate::rays;
     use crate::report::Record;
 
-    fn scene_of(case: &Case) -> (crate::scene::Scenery, ours::Reference, Vec<RaySet>) {
+    fn scene_of(case: &Case) -> (crate::scene::Scenery, Reference, Vec<RaySet>) {
         let scenery = case.scene.open().unwrap();
-        let reference = ours::Reference::of(&scenery.soup).unwrap();
+        let reference = Reference::of(&scenery.soup).unwrap();
         let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
         let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, true), case.seed, &trace);
         (scenery, reference, sets)
@@ -284,7 +284,7 @@ mod tests {
         let mut field = field::build("small", &engines, &scenery.soup, budget, &mut log, &mut record).unwrap();
         assert_eq!(field.len(), engines.len());
         let checked = check(&case, &Plan::least(), &scenery.soup, &reference, &sets, &mut field, &mut log);
-        assert!(!checked.ours_wrong && !checked.somebody_differs);
+        assert!(!checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert_eq!(field.len(), engines.len());
         let embree_costs = record.trees.iter().filter(|tree| tree.engine.starts_with("embree") && tree.cost.is_some());
         let embree = engines.iter().filter(|engine| engine.name().starts_with("embree") && !engine.shares_builds());
@@ -324,7 +324,7 @@ mod tests {
         field[0].name = "a rival".into();
         let mut checked = Checked::default();
         judge(&Plan::least(), &scenery.soup, &sets, &expected, &mut field, &mut log, &mut checked);
-        assert!(checked.ours_wrong && !checked.somebody_differs);
+        assert!(checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert!(checked.disagreements.values().all(|differ| differ.all == 0));
     }
 
@@ -348,11 +348,11 @@ mod tests {
             checked
         };
         let others = checked(&case, "blind");
-        assert!(!others.ours_wrong && others.somebody_differs);
+        assert!(!others.kinetree_is_wrong && others.some_engine_differs);
         assert!(others.disagreements[&("blind".into(), true, Kind::Primary)].elsewhere > 10);
-        assert!(checked(&case, "kinetree blind").ours_wrong);
+        assert!(checked(&case, "kinetree blind").kinetree_is_wrong);
 
         case.hits.insert(Kind::Primary, crate::case::Hits { full: None, quick: Some(100_000) });
-        assert!(checked(&case, "blind").ours_wrong);
+        assert!(checked(&case, "blind").kinetree_is_wrong);
     }
 }

@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::{Log, Plan, builds, check, field, traces};
 use crate::Failure;
 use crate::case::Case;
-use crate::engine::{Class, Engine, ours};
+use crate::engine::{Class, Engine, Reference};
 use crate::ray::Ray;
 use crate::rays::{self, Kind};
 use crate::report::{self, Record};
@@ -39,13 +39,13 @@ pub(crate) fn run(
         if !field::is_possible(&case.name, &wanted, soup.len(), (&*budget, seconds * 0.6), log) {
             continue;
         }
-        let reference = ours::Reference::of(soup)?;
+        let reference = Reference::of(soup)?;
         let trace = |rays: &[Ray]| reference.closest(soup, rays);
         let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
         let mut field = field::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.4), log, record)?;
         let checked = check::check(&case, plan, soup, &reference, &sets, &mut field, log);
-        record.ours_wrong |= checked.ours_wrong;
-        record.somebody_differs |= checked.somebody_differs;
+        record.kinetree_is_wrong |= checked.kinetree_is_wrong;
+        record.some_engine_differs |= checked.some_engine_differs;
         let rows = &mut record.rows;
         traces::run(&case, plan, &sets, &field, &checked.disagreements, seconds * 0.25, log, rows);
         drop(field);

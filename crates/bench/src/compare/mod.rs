@@ -18,7 +18,7 @@ use self::budget::Budget;
 use self::log::Log;
 use crate::Failure;
 use crate::case::Case;
-use crate::engine::{self, Class, Engine, ours};
+use crate::engine::{self, Class, Engine, Reference};
 use crate::level;
 use crate::machine;
 use crate::measure::rounds::Rounds;
@@ -138,13 +138,13 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
         return Ok(true);
     }
     log.say(&report::goals(&record, Level::current().name(), machine::second_cache()));
-    log.say(match (record.ours_wrong, record.somebody_differs) {
+    log.say(match (record.kinetree_is_wrong, record.some_engine_differs) {
         (true, _) => "NOT all answers of kinetree are right",
         (false, true) => "all answers of kinetree are right; those of others that differ are counted above",
         (false, false) => "every engine agrees with the reference",
     });
     write(options, &record, &log)?;
-    Ok(!record.ours_wrong)
+    Ok(!record.kinetree_is_wrong)
 }
 
 /// In this process.
@@ -206,7 +206,7 @@ fn one_case(
     if !field::is_possible(&case.name, &wanted, scenery.soup.len(), (&*budget, seconds * 0.6), log) {
         return Ok(());
     }
-    let reference = ours::Reference::of(&scenery.soup)?;
+    let reference = Reference::of(&scenery.soup)?;
     match &case.eye {
         Some(eye) => scenery.eye = Eye::look_at(eye.position.into(), eye.target(), eye.half),
         None => scenery.look_closer(&|soup, rays| reference.closest(soup, rays)),
@@ -221,8 +221,8 @@ fn one_case(
     let mut field = field::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.45), log, record)?;
     log.took("scene, rays, trees");
     let checked = check::check(case, plan, soup, &reference, &sets, &mut field, log);
-    record.ours_wrong |= checked.ours_wrong;
-    record.somebody_differs |= checked.somebody_differs;
+    record.kinetree_is_wrong |= checked.kinetree_is_wrong;
+    record.some_engine_differs |= checked.some_engine_differs;
     log.took("answers");
     let rows = &mut record.rows;
     traces::run(case, plan, &sets, &field, &checked.disagreements, seconds * 0.25, log, rows);

@@ -13,7 +13,7 @@ mod embree;
 mod moeller;
 #[cfg(feature = "obvhs")]
 mod obvhs;
-pub(crate) mod ours;
+mod kinetree;
 #[cfg(feature = "parry3d")]
 mod parry;
 #[cfg(all(feature = "embree", unix))]
@@ -21,8 +21,10 @@ mod sorted;
 #[cfg(all(feature = "tinybvh", target_arch = "x86_64"))]
 mod tinybvh;
 
-pub(crate) use kinetree::Coherence;
-use kinetree::simd::Level;
+pub(crate) use self::kinetree::{FAST_PRECISION_SUFFIX, Reference};
+pub(crate) use ::kinetree::Coherence;
+use ::kinetree::Work;
+use ::kinetree::simd::Level;
 pub(crate) use thread_pool::ThreadPool;
 
 use crate::Failure;
@@ -120,7 +122,7 @@ pub(crate) trait Tree: Send + Sync {
     }
 
     /// How much work a set of rays is, if the engine can tell.
-    fn count(&self, _rays: &[Ray], _question: crate::rays::Question) -> Option<kinetree::Work> {
+    fn count(&self, _rays: &[Ray], _question: crate::rays::Question) -> Option<Work> {
         None
     }
 }
@@ -183,7 +185,7 @@ pub(crate) struct Facts {
 /// and notes: versions, instructions, and why the others cannot be had.
 pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     #[allow(unused_mut)]
-    let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (ours::variants(), Vec::new());
+    let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (self::kinetree::variants(), Vec::new());
     #[cfg(all(feature = "embree", unix))]
     match embree::variants(Level::current()) {
         Ok((more, note)) => {

@@ -123,12 +123,12 @@ pub(crate) fn sets(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::ours;
+    use crate::engine::Reference;
     use crate::scene::SceneChoice;
 
     fn all() -> Vec<RaySet> {
         let scenery = SceneChoice::Terrain { seed: 1, triangles: 4000 }.open().unwrap();
-        let reference = ours::Reference::of(&scenery.soup).unwrap();
+        let reference = Reference::of(&scenery.soup).unwrap();
         sets(&scenery, &Kind::ALL, &|_| 1000, 7, &|rays| reference.closest(&scenery.soup, rays))
     }
 

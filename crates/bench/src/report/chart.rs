@@ -74,7 +74,7 @@ fn draw(svg: &mut String, heading: &str, panel: &[&Row], x: f64, y: f64) {
 }
 
 fn bar(svg: &mut String, row: &Row, x: f64, y: f64, scale: f64) {
-    let class = match (row.is_ours(), row.robust) {
+    let class = match (row.is_kinetree(), row.robust) {
         (true, _) => "ours",
         (false, true) => "robust",
         (false, false) => "other",

@@ -90,14 +90,14 @@ impl Record {
         let find = |case: &String| {
             let singles = self.rows.iter().filter(|row| {
                 let single = row.rays == Some(MIX[0]) && row.mode == Some(Mode::Single) && row.threads == 1;
-                single && row.case == *case && (!row.is_ours() || row.robust == robust)
+                single && row.case == *case && (!row.is_kinetree() || row.robust == robust)
             });
             let mut best: BTreeMap<bool, (f64, &str, Vec<f64>)> = BTreeMap::new();
             for row in singles {
                 let Some(times) = time(case, &row.engine) else { continue };
                 let total = times.iter().sum::<f64>();
-                if best.get(&row.is_ours()).is_none_or(|(least, ..)| total < *least) {
-                    best.insert(row.is_ours(), (total, &row.engine, times));
+                if best.get(&row.is_kinetree()).is_none_or(|(least, ..)| total < *least) {
+                    best.insert(row.is_kinetree(), (total, &row.engine, times));
                 }
             }
             let ((_, name, ours), (_, other, rival)) = (best.get(&true)?, best.get(&false)?);
@@ -144,7 +144,7 @@ impl Record {
 
 /// The engine whose build is the same: how triangles are tested does not change the tree.
 pub(super) fn base(engine: &str) -> &str {
-    let start = engine.strip_suffix(crate::engine::ours::LOOSE).or_else(|| engine.strip_suffix(" robust"));
+    let start = engine.strip_suffix(crate::engine::FAST_PRECISION_SUFFIX).or_else(|| engine.strip_suffix(" robust"));
     start.unwrap_or(engine)
 }
 

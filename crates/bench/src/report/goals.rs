@@ -50,7 +50,7 @@ impl Record {
             Some(Found { case: row.case.clone(), note: format!("of {}{differ}", best.engine), logs })
         };
         let growth = |row: &&Row| row.case.starts_with(super::GROWTH);
-        self.rows.iter().filter(|row| !growth(row) && row.is_ours() && ours(row)).filter_map(find).collect()
+        self.rows.iter().filter(|row| !growth(row) && row.is_kinetree() && ours(row)).filter_map(find).collect()
     }
 }
 
@@ -77,12 +77,12 @@ fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Verdict
     };
     for (kind, aim) in sets {
         let is = |robust| move |row: &Row| is_single(row, kind, class, robust);
-        let others = |robust| move |row: &Row| !row.is_ours() && is_single(row, kind, class, robust);
+        let others = |robust| move |row: &Row| !row.is_kinetree() && is_single(row, kind, class, robust);
         let found = record.pairs(is(false), others(false));
         add(kind, "Precision::Fast over fast modes", Bar::AtLeast(1.1, aim), found);
         add(kind, "watertight over fast modes", Bar::Shown, record.pairs(is(true), others(false)));
         add(kind, "watertight over robust modes", Bar::AtLeast(1.2, 1.5), record.pairs(is(true), others(true)));
-        let own = record.pairs(is(true), |row| row.is_ours() && is_single(row, kind, class, false));
+        let own = record.pairs(is(true), |row| row.is_kinetree() && is_single(row, kind, class, false));
         add(kind, "watertight over our own Precision::Fast", Bar::AtLeast(0.9, 0.95), own);
     }
 }
@@ -108,7 +108,7 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
 
         let shuffled = |row: &Row| {
             let same = row.rays == Some(Kind::DiffuseShuffled) && row.threads == 1;
-            same && !row.is_ours() && row.class == class && !row.robust
+            same && !row.is_kinetree() && row.class == class && !row.robust
         };
         let sorted = |row: &Row| row.engine.ends_with(" sorted");
         let plain = record.pairs(batch(Kind::DiffuseShuffled, robust), |row| shuffled(row) && !sorted(row));
@@ -133,7 +133,7 @@ fn thin(record: &Record, all: &mut Vec<Verdict>) {
         let how = if robust { "watertight" } else { "Precision::Fast" };
         for kind in [Kind::Primary, Kind::Diffuse] {
             let is = |row: &Row| is_single(row, kind, Class::Best, robust);
-            let others = |row: &Row| !row.is_ours() && is_single(row, kind, Class::Best, false);
+            let others = |row: &Row| !row.is_kinetree() && is_single(row, kind, Class::Best, false);
             let mut found = record.pairs(is, others);
             found.retain(|found| ["thin_diagonals_a", "long_diagonals"].contains(&found.case.as_str()));
             for found in &mut found {
@@ -170,7 +170,7 @@ fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>
 
 /// Builds on one thread.
 fn builds(record: &Record, all: &mut Vec<Verdict>) {
-    let loose = |engine: &str| format!("{engine}{}", crate::engine::ours::LOOSE);
+    let loose = |engine: &str| format!("{engine}{}", crate::engine::FAST_PRECISION_SUFFIX);
     // In the mode that Embree's default is like, where there is one.
     let tracing = |case: &str, engine: &str| {
         let other = loose(engine);

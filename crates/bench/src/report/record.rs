@@ -45,9 +45,9 @@ pub(crate) struct Record {
     /// One for each engine and case.
     pub(crate) trees: Vec<TreeNote>,
     /// Whether an answer of ours was wrong.
-    pub(crate) ours_wrong: bool,
+    pub(crate) kinetree_is_wrong: bool,
     /// Whether an answer of anybody was wrong, edges of triangles apart.
-    pub(crate) somebody_differs: bool,
+    pub(crate) some_engine_differs: bool,
     /// What was said meanwhile.
     pub(crate) text: String,
 }
@@ -71,8 +71,8 @@ impl Record {
                 self.trees.push(tree);
             }
         }
-        self.ours_wrong |= other.ours_wrong;
-        self.somebody_differs |= other.somebody_differs;
+        self.kinetree_is_wrong |= other.kinetree_is_wrong;
+        self.some_engine_differs |= other.some_engine_differs;
         if self.text.is_empty() {
             self.text = other.text;
         }

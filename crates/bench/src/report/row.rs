@@ -157,7 +157,7 @@ pub(crate) fn json(rows: &[Row], level: &str) -> Result<String, serde_json::Erro
 
 impl Row {
     /// Whether it is one of ours.
-    pub(crate) fn is_ours(&self) -> bool {
+    pub(crate) fn is_kinetree(&self) -> bool {
         self.engine.starts_with("kinetree")
     }
 
@@ -223,7 +223,10 @@ impl Row {
     /// How it does against the fastest of those that `who` picks among comparable engines of others: its row, and the paired ratio.
     pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, Logs)> {
         let others = rows.iter().filter(|row| {
-            !row.is_ours() && !row.times.is_empty() && (self.is_comparable(row) || self.is_substitute(row)) && who(row)
+            !row.is_kinetree()
+                && !row.times.is_empty()
+                && (self.is_comparable(row) || self.is_substitute(row))
+                && who(row)
         });
         let best = others.min_by(|a, b| a.seconds().total_cmp(&b.seconds()))?;
         Some((best, Logs::of_times(&self.times, &best.times)))

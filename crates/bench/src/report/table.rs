@@ -53,7 +53,7 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
     let spread = format!("{:.3} to {:.3}", row.min, row.max);
     let _ =
         write!(text, "  {:<28} {:<9} {robust:<10} {:>10.3}  {spread:<22}", row.engine, row.instructions, row.median);
-    if row.is_ours() {
+    if row.is_kinetree() {
         let like = row.against(rows, |other| row.is_rival(other));
         let best = row.against(rows, |_| true);
         for (other, which) in [(like, "like"), (best, "best")] {

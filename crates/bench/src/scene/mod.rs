@@ -188,7 +188,7 @@ mod tests {
         let mut soup = Soup::default();
         soup.add(ball, &faces);
         let mut scenery = framed(soup);
-        let reference = crate::engine::ours::Reference::of(&scenery.soup).unwrap();
+        let reference = crate::engine::Reference::of(&scenery.soup).unwrap();
         let far = scenery.eye.right.length();
         scenery.eye = Eye { right: scenery.eye.right * 4.0, up: scenery.eye.up * 4.0, ..scenery.eye };
         scenery.look_closer(&|soup, rays| reference.closest(soup, rays));

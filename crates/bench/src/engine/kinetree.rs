@@ -20,7 +20,7 @@ pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
 }
 
 /// Ends the names of settings whose triangles are not tested watertight.
-pub(crate) const LOOSE: &str = " precision-fast";
+pub(crate) const FAST_PRECISION_SUFFIX: &str = " precision-fast";
 
 /// Another setting is another line.
 const SETTINGS: [Kinetree; 6] = [
