@@ -1,7 +1,7 @@
 //! Builds: time on one thread and on all, and memory.
 
 use super::budget::Budget;
-use super::field::guarded;
+use super::lineup::guarded;
 use super::{Log, Plan, QUICK_TRIANGLES};
 use crate::Failure;
 use crate::engine::{Class, Engine, Prepared, ThreadPool, Tree};

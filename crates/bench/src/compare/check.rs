@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::field::{Entrant, guarded};
+use super::lineup::{BuiltEngine, guarded};
 use super::traces::named;
 use super::{Log, Plan};
 use crate::agree::{Differences, Dispute, Given, Truths, disputes};
@@ -42,14 +42,14 @@ pub(crate) struct Checked {
 }
 
 /// Compares all answers with those of the reference, and settles by exact search what is disputed.
-/// Entrants that panic leave the field.
+/// Engines that panic leave the lineup.
 pub(crate) fn check(
     case: &Case,
     plan: &Plan,
     soup: &Soup,
     reference: &Reference,
     sets: &[RaySet],
-    field: &mut Vec<Entrant>,
+    lineup: &mut Vec<BuiltEngine>,
     log: &mut Log,
 ) -> Checked {
     let mut checked = Checked::default();
@@ -66,7 +66,7 @@ pub(crate) fn check(
     if plan.first {
         checked.kinetree_is_wrong |= !looks_right(plan, soup, sets, &expected, log);
     }
-    judge(plan, soup, sets, &expected, field, log, &mut checked);
+    judge(plan, soup, sets, &expected, lineup, log, &mut checked);
     checked
 }
 
@@ -106,12 +106,12 @@ fn judge(
     soup: &Soup,
     sets: &[RaySet],
     expected: &[Vec<Answer>],
-    field: &mut Vec<Entrant>,
+    lineup: &mut Vec<BuiltEngine>,
     log: &mut Log,
     checked: &mut Checked,
 ) {
     let mut heard: Vec<Vec<Heard>> = Vec::new();
-    field.retain(|entrant| match hear(sets, expected, entrant) {
+    lineup.retain(|built| match hear(sets, expected, built) {
         Ok(ways) => {
             heard.push(ways);
             true
@@ -119,7 +119,7 @@ fn judge(
         Err(panicked) => {
             log.say(&panicked);
             checked.some_engine_differs = true;
-            checked.kinetree_is_wrong |= is_kinetree(entrant);
+            checked.kinetree_is_wrong |= is_kinetree(built);
             false
         }
     });
@@ -141,22 +141,22 @@ fn judge(
         ));
     }
     checked.kinetree_is_wrong |= reference.elsewhere() > 0;
-    for (entrant, ways) in field.iter().zip(&heard) {
-        entrant_answers(soup, sets, expected, &truths, entrant, ways, log, checked);
+    for (built, ways) in lineup.iter().zip(&heard) {
+        count_wrong_answers(soup, sets, expected, &truths, built, ways, log, checked);
     }
 }
 
-fn is_kinetree(entrant: &Entrant) -> bool {
-    entrant.name.starts_with("kinetree")
+fn is_kinetree(built: &BuiltEngine) -> bool {
+    built.name.starts_with("kinetree")
 }
 
 /// Counts an entrant's differences.
-fn entrant_answers(
+fn count_wrong_answers(
     soup: &Soup,
     sets: &[RaySet],
     expected: &[Vec<Answer>],
     truths: &[Truths],
-    entrant: &Entrant,
+    built: &BuiltEngine,
     ways: &[Heard],
     log: &mut Log,
     checked: &mut Checked,
@@ -165,7 +165,7 @@ fn entrant_answers(
     let mut notes = Vec::new();
     for way in ways {
         let set = &sets[way.set];
-        let (name, question) = (named(&entrant.name, way.batch.unwrap_or_default()), set.kind.question());
+        let (name, question) = (named(&built.name, way.batch.unwrap_or_default()), set.kind.question());
         let differences = truths[way.set].differences(soup, &set.rays, &expected[way.set], &way.disputes, question);
         if differences.elsewhere() > 0 {
             notes.push(describe(&name, set, &differences, soup));
@@ -176,27 +176,27 @@ fn entrant_answers(
     }
     log.say(&format!(
         "  {:<28} {} of {} answers are wrong, {} of them at edges",
-        entrant.name, total.all, total.rays, total.at_edges
+        built.name, total.all, total.rays, total.at_edges
     ));
     // Examples are enough.
-    let ours = is_kinetree(entrant);
+    let ours = is_kinetree(built);
     let shown = notes.len().min(if ours { 3 } else { 1 });
     notes[..shown].iter().for_each(|note| log.say(note));
     checked.some_engine_differs |= total.elsewhere() > 0;
     // Single precision is not held to what only the watertight test promises.
-    checked.kinetree_is_wrong |= ours && !entrant.name.ends_with(FAST_PRECISION_SUFFIX) && total.elsewhere() > 0;
+    checked.kinetree_is_wrong |= ours && !built.name.ends_with(FAST_PRECISION_SUFFIX) && total.elsewhere() > 0;
 }
 
 /// Asks an entrant in every way in which it is going to be timed.
 ///
 /// # Errors
 /// A sentence, when it panics.
-fn hear(sets: &[RaySet], expected: &[Vec<Answer>], entrant: &Entrant) -> Result<Vec<Heard>, String> {
-    let tree = &entrant.tree;
+fn hear(sets: &[RaySet], expected: &[Vec<Answer>], built: &BuiltEngine) -> Result<Vec<Heard>, String> {
+    let tree = &built.tree;
     let mut all = Vec::new();
     for (at, set) in sets.iter().enumerate() {
         let mut add = |batch: Option<&'static str>, given: Option<Vec<Given>>| {
-            let name = named(&entrant.name, batch.unwrap_or_default());
+            let name = named(&built.name, batch.unwrap_or_default());
             let given = given.ok_or_else(|| format!("  {name} panicked on {}: NOT TIMED", set.kind.name()))?;
             all.push(Heard { set: at, batch, disputes: disputes(&expected[at], given) });
             Ok::<(), String>(())
@@ -257,7 +257,7 @@ fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) 
 mod tests {
     use super::*;
     use crate::compare::budget::Budget;
-    use crate::compare::field;
+    use crate::compare::lineup;
     use crate::engine;
     use crate::rays;
     use crate::report::Record;
@@ -281,11 +281,11 @@ mod tests {
         let engines: Vec<_> = engines.iter().map(|engine| &**engine).collect();
         let (mut log, mut record) = (Log::default(), Record::default());
         let budget = (&mut Budget::new(false), f64::INFINITY);
-        let mut field = field::build("small", &engines, &scenery.soup, budget, &mut log, &mut record).unwrap();
-        assert_eq!(field.len(), engines.len());
-        let checked = check(&case, &Plan::least(), &scenery.soup, &reference, &sets, &mut field, &mut log);
+        let mut lineup = lineup::build("small", &engines, &scenery.soup, budget, &mut log, &mut record).unwrap();
+        assert_eq!(lineup.len(), engines.len());
+        let checked = check(&case, &Plan::least(), &scenery.soup, &reference, &sets, &mut lineup, &mut log);
         assert!(!checked.kinetree_is_wrong && !checked.some_engine_differs);
-        assert_eq!(field.len(), engines.len());
+        assert_eq!(lineup.len(), engines.len());
         let embree_costs = record.trees.iter().filter(|tree| tree.engine.starts_with("embree") && tree.cost.is_some());
         let embree = engines.iter().filter(|engine| engine.name().starts_with("embree") && !engine.shares_builds());
         assert_eq!(embree_costs.count(), embree.count());
@@ -320,10 +320,10 @@ mod tests {
         let right: Vec<_> = engines.iter().map(|engine| &**engine).filter(|it| it.name() == "kinetree best").collect();
         let (mut log, mut record) = (Log::default(), Record::default());
         let budget = (&mut Budget::new(false), f64::INFINITY);
-        let mut field = field::build("small", &right, &scenery.soup, budget, &mut log, &mut record).unwrap();
-        field[0].name = "a rival".into();
+        let mut lineup = lineup::build("small", &right, &scenery.soup, budget, &mut log, &mut record).unwrap();
+        lineup[0].name = "a rival".into();
         let mut checked = Checked::default();
-        judge(&Plan::least(), &scenery.soup, &sets, &expected, &mut field, &mut log, &mut checked);
+        judge(&Plan::least(), &scenery.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
         assert!(checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert!(checked.disagreements.values().all(|differ| differ.all == 0));
     }
@@ -334,17 +334,17 @@ mod tests {
         let mut case = Case::parse(text).unwrap();
         let (scenery, reference, sets) = scene_of(&case);
         let checked = |case: &Case, name: &str| {
-            let entrant = Entrant {
+            let built = BuiltEngine {
                 name: name.into(),
                 instructions: String::new(),
                 class: engine::Class::Fast,
                 robust: false,
                 tree: Box::new(Blind),
             };
-            let mut field = vec![entrant];
+            let mut lineup = vec![built];
             let plan = Plan::least();
-            let checked = check(case, &plan, &scenery.soup, &reference, &sets, &mut field, &mut Log::default());
-            assert_eq!(field.len(), 1);
+            let checked = check(case, &plan, &scenery.soup, &reference, &sets, &mut lineup, &mut Log::default());
+            assert_eq!(lineup.len(), 1);
             checked
         };
         let others = checked(&case, "blind");

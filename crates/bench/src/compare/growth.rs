@@ -1,7 +1,7 @@
 //! How cost grows with the number of triangles: builds and rays on terrain.
 
 use super::budget::Budget;
-use super::{Log, Plan, builds, check, field, traces};
+use super::{Log, Plan, builds, check, lineup, traces};
 use crate::Failure;
 use crate::case::Case;
 use crate::engine::{Class, Engine, Reference};
@@ -36,19 +36,19 @@ pub(crate) fn run(
         let scenery = case.scene.open()?;
         let soup = &scenery.soup;
         let seconds = budget.share(1.0, (sizes.len() - at) as f64);
-        if !field::is_possible(&case.name, &wanted, soup.len(), (&*budget, seconds * 0.6), log) {
+        if !lineup::is_possible(&case.name, &wanted, soup.len(), (&*budget, seconds * 0.6), log) {
             continue;
         }
         let reference = Reference::of(soup)?;
         let trace = |rays: &[Ray]| reference.closest(soup, rays);
         let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
-        let mut field = field::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.4), log, record)?;
-        let checked = check::check(&case, plan, soup, &reference, &sets, &mut field, log);
+        let mut lineup = lineup::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.4), log, record)?;
+        let checked = check::check(&case, plan, soup, &reference, &sets, &mut lineup, log);
         record.kinetree_is_wrong |= checked.kinetree_is_wrong;
         record.some_engine_differs |= checked.some_engine_differs;
         let rows = &mut record.rows;
-        traces::run(&case, plan, &sets, &field, &checked.disagreements, seconds * 0.25, log, rows);
-        drop(field);
+        traces::run(&case, plan, &sets, &lineup, &checked.disagreements, seconds * 0.25, log, rows);
+        drop(lineup);
         builds::run(&case.name, plan, &wanted, soup, (&*budget, seconds * 0.25), log, rows)?;
     }
     log.say(&report::table(&record.rows[from..]));

@@ -3,7 +3,7 @@
 mod budget;
 mod builds;
 mod check;
-mod field;
+mod lineup;
 mod growth;
 mod log;
 mod processes;
@@ -203,7 +203,7 @@ fn one_case(
     log.say(&format!("\n== {}: {} triangles", case.name, scenery.soup.len()));
     let mut wanted: Vec<&dyn Engine> =
         engines.iter().map(|engine| &**engine).filter(|engine| case.wants(engine.name(), plan.quick)).collect();
-    if !field::is_possible(&case.name, &wanted, scenery.soup.len(), (&*budget, seconds * 0.6), log) {
+    if !lineup::is_possible(&case.name, &wanted, scenery.soup.len(), (&*budget, seconds * 0.6), log) {
         return Ok(());
     }
     let reference = Reference::of(&scenery.soup)?;
@@ -218,17 +218,17 @@ fn one_case(
     wanted.sort_by_key(|engine| urgency(*engine));
     let from = record.rows.len();
     let soup = &scenery.soup;
-    let mut field = field::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.45), log, record)?;
+    let mut lineup = lineup::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.45), log, record)?;
     log.took("scene, rays, trees");
-    let checked = check::check(case, plan, soup, &reference, &sets, &mut field, log);
+    let checked = check::check(case, plan, soup, &reference, &sets, &mut lineup, log);
     record.kinetree_is_wrong |= checked.kinetree_is_wrong;
     record.some_engine_differs |= checked.some_engine_differs;
     log.took("answers");
     let rows = &mut record.rows;
-    traces::run(case, plan, &sets, &field, &checked.disagreements, seconds * 0.25, log, rows);
+    traces::run(case, plan, &sets, &lineup, &checked.disagreements, seconds * 0.25, log, rows);
     log.took("rays");
-    wanted.retain(|engine| field.iter().any(|entrant| entrant.name == engine.name()));
-    drop(field);
+    wanted.retain(|engine| lineup.iter().any(|built| built.name == engine.name()));
+    drop(lineup);
     if !rays_only {
         builds::run(&case.name, plan, &wanted, soup, (&*budget, seconds * 0.2), log, rows)?;
         if plan.quick && soup.len() > QUICK_TRIANGLES {

@@ -1,7 +1,7 @@
 //! Refits: vertices sway, trees follow.
 
 use super::builds::timed;
-use super::field::guarded;
+use super::lineup::guarded;
 use super::{Log, Plan};
 use crate::Failure;
 use crate::engine::{Engine, Refit, ThreadPool};

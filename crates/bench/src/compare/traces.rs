@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use kinetree::wide::{TriangleBlock, WideNode};
 
 use super::check::Disagreements;
-use super::field::Entrant;
+use super::lineup::BuiltEngine;
 use super::{Log, Plan};
 use crate::case::Case;
 use crate::engine::{Batch, Coherence, Mode};
@@ -26,7 +26,7 @@ pub(crate) fn run(
     case: &Case,
     plan: &Plan,
     sets: &[RaySet],
-    field: &[Entrant],
+    lineup: &[BuiltEngine],
     disagreements: &Disagreements,
     seconds: f64,
     log: &mut Log,
@@ -36,8 +36,8 @@ pub(crate) fn run(
     let seconds = seconds / (1.5 * sets.len().max(1) as f64);
     for set in sets {
         let work: BTreeMap<String, PerRay> =
-            field.iter().filter_map(|entrant| Some((entrant.name.clone(), count(set, entrant, log)?))).collect();
-        let contenders: Vec<Contender<'_>> = contenders(set, field);
+            lineup.iter().filter_map(|built| Some((built.name.clone(), count(set, built, log)?))).collect();
+        let contenders: Vec<Contender<'_>> = contenders(set, lineup);
         let mut threads = vec![1];
         threads.extend((plan.threads > 1 && scales(set.kind, plan.quick)).then_some(plan.threads));
         for threads in threads {
@@ -61,8 +61,8 @@ fn scales(kind: Kind, quick: bool) -> bool {
 }
 
 /// How much work the rays of a set are, each by itself, where the engine can tell.
-fn count(set: &RaySet, entrant: &Entrant, log: &mut Log) -> Option<PerRay> {
-    let work = entrant.tree.count(&set.rays, set.kind.question())?;
+fn count(set: &RaySet, built: &BuiltEngine, log: &mut Log) -> Option<PerRay> {
+    let work = built.tree.count(&set.rays, set.kind.question())?;
     let each = |count: u64| count as f64 / set.rays.len() as f64;
     let (nodes, blocks) = (each(work.nodes), each(work.blocks));
     // Both are made of whole lines and stand at the beginning of one.
@@ -70,7 +70,7 @@ fn count(set: &RaySet, entrant: &Entrant, log: &mut Log) -> Option<PerRay> {
     let per_ray = PerRay { nodes, blocks, triangles: each(work.triangles), lines: nodes * node + blocks * block };
     log.say(&format!(
         "  {:<28} {:<17} per ray: {nodes:.2} nodes, {blocks:.2} leaf blocks, {:.2} triangles, {:.1} cache lines",
-        entrant.name,
+        built.name,
         set.kind.name(),
         per_ray.triangles,
         per_ray.lines
@@ -83,16 +83,16 @@ const LINE: f64 = 64.0;
 
 /// An entrant, and how it is given rays.
 struct Contender<'a> {
-    entrant: &'a Entrant,
+    built: &'a BuiltEngine,
     batch: Option<(&'a dyn Batch, Coherence)>,
 }
 
-fn contenders<'a>(set: &RaySet, field: &'a [Entrant]) -> Vec<Contender<'a>> {
-    let mut all: Vec<Contender<'a>> = field.iter().map(|entrant| Contender { entrant, batch: None }).collect();
+fn contenders<'a>(set: &RaySet, lineup: &'a [BuiltEngine]) -> Vec<Contender<'a>> {
+    let mut all: Vec<Contender<'a>> = lineup.iter().map(|built| Contender { built, batch: None }).collect();
     if let Some(coherence) = set.kind.batch() {
-        for entrant in field {
-            let batches = entrant.tree.batches().into_iter().filter(|batch| batch.suits(coherence));
-            all.extend(batches.map(|batch| Contender { entrant, batch: Some((batch, coherence)) }));
+        for built in lineup {
+            let batches = built.tree.batches().into_iter().filter(|batch| batch.suits(coherence));
+            all.extend(batches.map(|batch| Contender { built, batch: Some((batch, coherence)) }));
         }
     }
     all
@@ -113,14 +113,14 @@ impl Room {
 impl Contender<'_> {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         match self.batch {
-            None => self.entrant.tree.closest(rays, answers),
+            None => self.built.tree.closest(rays, answers),
             Some((batch, coherence)) => batch.closest(rays, answers, coherence),
         }
     }
 
     fn occluded(&self, rays: &[Ray], seen: &mut [bool]) {
         match self.batch {
-            None => self.entrant.tree.occluded(rays, seen),
+            None => self.built.tree.occluded(rays, seen),
             Some((batch, coherence)) => batch.occluded(rays, seen, coherence),
         }
     }
@@ -153,18 +153,18 @@ impl Contender<'_> {
         let (suffix, mode) = self.batch.map_or(("", Mode::Single), |(batch, _)| (batch.suffix(), batch.mode()));
         Row {
             case: case.name.clone(),
-            engine: named(&self.entrant.name, suffix),
+            engine: named(&self.built.name, suffix),
             metric: Metric::Trace,
             rays: Some(set.kind),
             mode: Some(mode),
-            instructions: self.entrant.instructions.clone(),
-            robust: self.entrant.robust,
+            instructions: self.built.instructions.clone(),
+            robust: self.built.robust,
             threads,
             unit: Unit::Rays,
             median: 0.0,
             min: 0.0,
             max: 0.0,
-            class: self.entrant.class,
+            class: self.built.class,
             count: set.rays.len(),
             times: Vec::new(),
             walls: Vec::new(),

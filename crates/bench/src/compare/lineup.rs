@@ -12,7 +12,7 @@ use crate::report::{Record, TreeNote};
 use crate::soup::Soup;
 
 /// An engine with its tree.
-pub(crate) struct Entrant {
+pub(crate) struct BuiltEngine {
     /// Name and settings.
     pub(crate) name: String,
     /// See [`Engine::instructions`].
@@ -58,10 +58,10 @@ pub(crate) fn build(
     (budget, seconds): (&mut Budget, f64),
     log: &mut Log,
     record: &mut Record,
-) -> Result<Vec<Entrant>, Failure> {
+) -> Result<Vec<BuiltEngine>, Failure> {
     let pool = ThreadPool::new(1)?;
     let all = Stopwatch::start(ClockScope::Process);
-    let mut field = Vec::new();
+    let mut lineup = Vec::new();
     for engine in engines {
         let name = engine.name().to_owned();
         if !is_core(&name) && all.read().wall + budget.expects(&name, soup.len()) > seconds {
@@ -99,12 +99,12 @@ pub(crate) fn build(
                 }
                 let (instructions, class, robust) =
                     (engine.instructions().to_owned(), engine.class(), engine.is_robust());
-                field.push(Entrant { name, instructions, class, robust, tree });
+                lineup.push(BuiltEngine { name, instructions, class, robust, tree });
             }
             Err(failure) => log.say(&format!("  {name} is left out: {failure}")),
         }
     }
-    Ok(field)
+    Ok(lineup)
 }
 
 /// Runs what may fail or panic.
