@@ -23,9 +23,9 @@ use crate::soup::Soup;
 
 /// How many triangle tests the exact search is given for its sample, in a full run and in a quick
 /// one.
-const LOOKS: [usize; 2] = [400_000_000, 60_000_000];
+const SAMPLE_TRIANGLE_TESTS: [usize; 2] = [400_000_000, 60_000_000];
 /// The same for disputes.
-const DISPUTED_LOOKS: [usize; 2] = [40_000_000_000, 1_000_000_000];
+const DISPUTE_TRIANGLE_TESTS: [usize; 2] = [40_000_000_000, 1_000_000_000];
 
 /// Of engine (with the name of its batch), whether rays came one by one, and set.
 pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), Differ>;
@@ -64,15 +64,15 @@ pub(crate) fn check(
         }
     }
     if plan.first {
-        checked.kinetree_is_wrong |= !looks_right(plan, soup, sets, &expected, log);
+        checked.kinetree_is_wrong |= !reference_is_right(plan, soup, sets, &expected, log);
     }
-    judge(plan, soup, sets, &expected, lineup, log, &mut checked);
+    compare_engines(plan, soup, sets, &expected, lineup, log, &mut checked);
     checked
 }
 
 /// The reference against the exact search, on as many rays as there is time for.
-fn looks_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer>], log: &mut Log) -> bool {
-    let sample = (LOOKS[usize::from(plan.quick)] / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
+fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer>], log: &mut Log) -> bool {
+    let sample = (SAMPLE_TRIANGLE_TESTS[usize::from(plan.quick)] / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
     let mut differences = Differences::default();
     for (set, answers) in sets.iter().zip(expected) {
         let stride = (set.rays.len() / sample).max(1);
@@ -91,7 +91,7 @@ fn looks_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer
 
 /// Every way in which an entrant is going to be timed on a set, and what it does not agree about
 /// with the reference.
-struct Heard {
+struct DisputedAnswers {
     /// Which set.
     set: usize,
     /// The name of a batch; none for one by one.
@@ -101,7 +101,7 @@ struct Heard {
 
 /// Hears all entrants, settles what is disputed, and counts whose answers are wrong. Entrants that
 /// panic leave the field.
-fn judge(
+fn compare_engines(
     plan: &Plan,
     soup: &Soup,
     sets: &[RaySet],
@@ -110,10 +110,10 @@ fn judge(
     log: &mut Log,
     checked: &mut Checked,
 ) {
-    let mut heard: Vec<Vec<Heard>> = Vec::new();
-    lineup.retain(|built| match hear(sets, expected, built) {
-        Ok(ways) => {
-            heard.push(ways);
+    let mut collected: Vec<Vec<DisputedAnswers>> = Vec::new();
+    lineup.retain(|built| match collect_answers(sets, expected, built) {
+        Ok(calls) => {
+            collected.push(calls);
             true
         }
         Err(panicked) => {
@@ -123,13 +123,13 @@ fn judge(
             false
         }
     });
-    let mut looks = DISPUTED_LOOKS[usize::from(plan.quick)];
+    let mut triangle_tests = DISPUTE_TRIANGLE_TESTS[usize::from(plan.quick)];
     let mut truths = Vec::new();
     let (mut settled, mut unsettled, mut reference) = (0, 0, Differences::default());
     for (at, (set, answers)) in sets.iter().zip(expected).enumerate() {
-        let ways = heard.iter().flatten().filter(|way| way.set == at);
-        let disputed: Vec<usize> = ways.flat_map(|way| &way.disputes).map(|dispute| dispute.ray).collect();
-        let found = Truths::of(soup, &set.rays, disputed, &mut looks);
+        let calls = collected.iter().flatten().filter(|call| call.set == at);
+        let disputed: Vec<usize> = calls.flat_map(|call| &call.disputes).map(|dispute| dispute.ray).collect();
+        let found = Truths::of(soup, &set.rays, disputed, &mut triangle_tests);
         (settled, unsettled) = (settled + found.settled(), unsettled + found.unsettled);
         reference = reference.and(found.differences(soup, &set.rays, answers, &[], Question::Closest));
         truths.push(found);
@@ -141,8 +141,8 @@ fn judge(
         ));
     }
     checked.kinetree_is_wrong |= reference.elsewhere() > 0;
-    for (built, ways) in lineup.iter().zip(&heard) {
-        count_wrong_answers(soup, sets, expected, &truths, built, ways, log, checked);
+    for (built, calls) in lineup.iter().zip(&collected) {
+        count_wrong_answers(soup, sets, expected, &truths, built, calls, log, checked);
     }
 }
 
@@ -157,21 +157,21 @@ fn count_wrong_answers(
     expected: &[Vec<Answer>],
     truths: &[Truths],
     built: &BuiltEngine,
-    ways: &[Heard],
+    calls: &[DisputedAnswers],
     log: &mut Log,
     checked: &mut Checked,
 ) {
     let mut total = Differences::default();
     let mut notes = Vec::new();
-    for way in ways {
-        let set = &sets[way.set];
-        let (name, question) = (named(&built.name, way.batch.unwrap_or_default()), set.kind.question());
-        let differences = truths[way.set].differences(soup, &set.rays, &expected[way.set], &way.disputes, question);
+    for call in calls {
+        let set = &sets[call.set];
+        let (name, question) = (named(&built.name, call.batch.unwrap_or_default()), set.kind.question());
+        let differences = truths[call.set].differences(soup, &set.rays, &expected[call.set], &call.disputes, question);
         if differences.elsewhere() > 0 {
             notes.push(describe(&name, set, &differences, soup));
         }
         let differ = Differ { all: differences.all, elsewhere: differences.elsewhere() };
-        checked.disagreements.insert((name, way.batch.is_none(), set.kind), differ);
+        checked.disagreements.insert((name, call.batch.is_none(), set.kind), differ);
         total = total.and(differences);
     }
     log.say(&format!(
@@ -191,14 +191,18 @@ fn count_wrong_answers(
 ///
 /// # Errors
 /// A sentence, when it panics.
-fn hear(sets: &[RaySet], expected: &[Vec<Answer>], built: &BuiltEngine) -> Result<Vec<Heard>, String> {
+fn collect_answers(
+    sets: &[RaySet],
+    expected: &[Vec<Answer>],
+    built: &BuiltEngine,
+) -> Result<Vec<DisputedAnswers>, String> {
     let tree = &built.tree;
     let mut all = Vec::new();
     for (at, set) in sets.iter().enumerate() {
         let mut add = |batch: Option<&'static str>, given: Option<Vec<Given>>| {
             let name = named(&built.name, batch.unwrap_or_default());
             let given = given.ok_or_else(|| format!("  {name} panicked on {}: NOT TIMED", set.kind.name()))?;
-            all.push(Heard { set: at, batch, disputes: disputes(&expected[at], given) });
+            all.push(DisputedAnswers { set: at, batch, disputes: disputes(&expected[at], given) });
             Ok::<(), String>(())
         };
         add(None, answers(set, |answers| tree.closest(&set.rays, answers), |seen| tree.occluded(&set.rays, seen)))?;
@@ -214,7 +218,7 @@ fn hear(sets: &[RaySet], expected: &[Vec<Answer>], built: &BuiltEngine) -> Resul
 
 /// `None` when it panics.
 fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<Given>> {
-    let asked = || match set.kind.question() {
+    let ask = || match set.kind.question() {
         Question::Closest => {
             let mut answers = vec![Answer::MISS; set.rays.len()];
             closest(&mut answers);
@@ -226,7 +230,7 @@ fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut
             seen.into_iter().map(Given::Occluded).collect()
         }
     };
-    guarded(|| Ok(asked())).ok()
+    guarded(|| Ok(ask())).ok()
 }
 
 fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) -> String {
@@ -323,7 +327,7 @@ mod tests {
         let mut lineup = lineup::build("small", &right, &scenery.soup, budget, &mut log, &mut record).unwrap();
         lineup[0].name = "a rival".into();
         let mut checked = Checked::default();
-        judge(&Plan::least(), &scenery.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
+        compare_engines(&Plan::least(), &scenery.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
         assert!(checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert!(checked.disagreements.values().all(|differ| differ.all == 0));
     }
