@@ -222,7 +222,7 @@ mod tests {
         Answer { t, u: 0.2, v: 0.2, primitive: 0, mesh: 0 }
     }
 
-    fn judged(ray: Ray, expected: Answer, given: Given, question: Question, looks: usize) -> Differences {
+    fn differences_of(ray: Ray, expected: Answer, given: Given, question: Question, looks: usize) -> Differences {
         let (soup, rays, expected) = (soup(), [ray], [expected]);
         let disputes = disputes(&expected, [given]);
         let disputed = disputes.iter().map(|dispute| dispute.ray).collect();
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn distances_may_differ_by_rounding_only() {
-        let differ = |t| judged(down(0.2), hit(1.0), Given::Nearest(hit(t)), Question::Closest, 10);
+        let differ = |t| differences_of(down(0.2), hit(1.0), Given::Nearest(hit(t)), Question::Closest, 10);
         assert_eq!(differ(1.00005).all, 0);
         let far = differ(1.001);
         assert_eq!((far.all, far.elsewhere(), far.first.map(|first| first.0)), (1, 1, Some(0)));
@@ -254,7 +254,7 @@ mod tests {
             let answers =
                 [(Given::Nearest(Answer::MISS), Question::Closest), (Given::Occluded(false), Question::Occluded)];
             for (given, question) in answers {
-                let differences = judged(down(x), hit(1.0), given, question, 10);
+                let differences = differences_of(down(x), hit(1.0), given, question, 10);
                 assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x} {question:?}");
             }
         }
@@ -270,7 +270,8 @@ mod tests {
                 Question::Closest => Given::Nearest(answer),
                 Question::Occluded => Given::Occluded(answer.is_hit()),
             };
-            let blamed = |answer: Answer, looks| judged(down(0.2), reference, as_asked(answer), question, looks).all;
+            let blamed =
+                |answer: Answer, looks| differences_of(down(0.2), reference, as_asked(answer), question, looks).all;
             assert_eq!(blamed(hit(1.0), 10), 0, "{question:?}");
             // Nothing is disputed, so nothing is looked at.
             assert_eq!(blamed(reference, 10), 0, "{question:?}");
@@ -285,7 +286,7 @@ mod tests {
 
     #[test]
     fn without_time_to_look_the_reference_is_believed_and_it_is_said() {
-        let differences = judged(down(0.2), hit(0.5), Given::Nearest(hit(1.0)), Question::Closest, 0);
+        let differences = differences_of(down(0.2), hit(0.5), Given::Nearest(hit(1.0)), Question::Closest, 0);
         assert_eq!(differences.all, 1);
         let (soup, rays) = (soup(), [down(0.2); 4]);
         let truths = Truths::of(&soup, &rays, vec![3, 1, 2, 0], &mut 2);

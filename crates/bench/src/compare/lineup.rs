@@ -47,7 +47,7 @@ pub(crate) fn is_possible(
 }
 
 /// The most triangles of trees that are built once more only to be told their cost, in a hurry.
-const JUDGED: usize = 700_000;
+const MAX_TRIANGLES_FOR_COST: usize = 700_000;
 
 /// Builds a tree with each engine, on one thread, and weighs it. Who cannot, or would take longer than `seconds` for all together, is left
 /// out, and it is said why.
@@ -75,9 +75,10 @@ pub(crate) fn build(
             let watch = Stopwatch::start(ClockScope::Process);
             let (tree, held) = memory::count(|| ready.build(&pool));
             let (tree, seconds_alone) = (tree?, watch.read().wall);
-            let judged = (seconds.is_infinite() || soup.len() <= JUDGED) && !engine.shares_builds();
+            let is_cost_measured =
+                (seconds.is_infinite() || soup.len() <= MAX_TRIANGLES_FOR_COST) && !engine.shares_builds();
             let facts = tree.facts();
-            let cost = facts.cost.or_else(|| if judged { ready.judge(&pool) } else { None });
+            let cost = facts.cost.or_else(|| if is_cost_measured { ready.measure_cost(&pool) } else { None });
             Ok((tree, held, cost, seconds_alone))
         });
         budget.learn(&name, soup.len(), watch.read().wall);

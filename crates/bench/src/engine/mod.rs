@@ -98,7 +98,7 @@ pub(crate) trait Prepared {
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure>;
 
     /// The expected cost of a ray by the formula of [`Facts::cost`], where the engine tells it only on request: it builds once more.
-    fn judge(&mut self, _pool: &ThreadPool) -> Option<f32> {
+    fn measure_cost(&mut self, _pool: &ThreadPool) -> Option<f32> {
         None
     }
 }

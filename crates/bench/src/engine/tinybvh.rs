@@ -86,7 +86,7 @@ impl Prepared for Ready {
         let corners = self.corners.as_slice().into();
         let mut binary = if self.best { bvh::BVH::new_hq(corners) } else { bvh::BVH::new(corners) }.map_err(failure)?;
         binary.split_leaves(4);
-        let (cost, overlap) = judge(binary.nodes());
+        let (cost, overlap) = cost_and_overlap(binary.nodes());
         let tree = {
             let wide = mbvh::BVH::new(&binary);
             bvh8_cpu::BVH::new(&wide).map_err(failure)?
@@ -98,7 +98,7 @@ impl Prepared for Ready {
 }
 
 /// Cost and overlap of its binary tree, by the formulas of kinetree.
-fn judge(nodes: &[bvh::Node]) -> (f32, f32) {
+fn cost_and_overlap(nodes: &[bvh::Node]) -> (f32, f32) {
     let area = |min: [f32; 3], max: [f32; 3]| {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(max[axis] - min[axis]));
         if x < 0.0 || y < 0.0 || z < 0.0 { 0.0 } else { x * y + y * z + z * x }

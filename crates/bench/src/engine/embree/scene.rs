@@ -141,7 +141,7 @@ impl Prepared for Ready {
         Ok(Box::new(Traced { packets, sorted, mesh, bytes, peak }))
     }
 
-    fn judge(&mut self, pool: &ThreadPool) -> Option<f32> {
+    fn measure_cost(&mut self, pool: &ThreadPool) -> Option<f32> {
         let build = || -> Result<(), Failure> {
             let device = Device::with_messages(&self.api, pool.threads, true)?;
             OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?.commit()
