@@ -53,7 +53,7 @@ mod tests {
     fn it_ends_as_it_began() {
         let before = control();
         {
-            let _quiet = NoDenormals::begin();
+            let _no_denormals = NoDenormals::begin();
             assert_eq!(control() & BITS, BITS);
         }
         assert_eq!(control() & BITS, before & BITS);

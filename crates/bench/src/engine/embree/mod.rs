@@ -7,7 +7,7 @@ mod api;
 mod denormals;
 mod device;
 mod packets;
-mod said;
+mod messages;
 mod scene;
 mod sorted;
 

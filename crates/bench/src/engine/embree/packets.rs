@@ -58,7 +58,7 @@ const ORDER: [usize; TILE * TILE] = {
 impl<const N: usize> Packets<N> {
     /// Brings packets of rays to a call, and gives each ray's number and lane in the packet afterwards.
     fn run(&self, rays: &[Ray], call: TraceN, coherence: Coherence, mut take: impl FnMut(usize, usize, &Packet<N>)) {
-        let _quiet = NoDenormals::begin();
+        let _no_denormals = NoDenormals::begin();
         let coherent = coherence == Coherence::Coherent;
         let flags = if coherent { RayQueryFlags::COHERENT } else { RayQueryFlags::NONE };
         let mut arguments = Arguments::with_flags(flags);

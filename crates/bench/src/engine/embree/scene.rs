@@ -9,8 +9,8 @@ use super::api::{
 };
 use super::denormals::NoDenormals;
 use super::device::Device;
+use super::messages;
 use super::packets::Packets;
-use super::said;
 use super::sorted::Sorted;
 use crate::Failure;
 use crate::engine::{Batch, Facts, Prepared, Refit, ThreadPool, Tree};
@@ -88,7 +88,7 @@ impl OneMesh {
     }
 
     fn commit(&self) -> Result<(), Failure> {
-        let _quiet = NoDenormals::begin();
+        let _no_denormals = NoDenormals::begin();
         // SAFETY: the scene is alive, and nobody else uses it before this returns.
         unsafe { (self.device.api.commit_scene)(self.scene) };
         self.device.check()
@@ -146,8 +146,8 @@ impl Prepared for Ready {
             let device = Device::with_messages(&self.api, pool.threads, true)?;
             OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?.commit()
         };
-        let (built, text) = said::said(build)?;
-        built.ok().and_then(|()| said::cost(&text))
+        let (built, text) = messages::capture_output(build)?;
+        built.ok().and_then(|()| messages::cost(&text))
     }
 }
 
@@ -167,7 +167,7 @@ fn engine_ray(ray: &Ray) -> RtcRay {
 
 /// The nearest hits in a committed scene, one call per ray.
 pub(super) fn closest(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [Answer]) {
-    let _quiet = NoDenormals::begin();
+    let _no_denormals = NoDenormals::begin();
     let intersect = api.intersect1;
     let no_arguments: *mut Arguments = std::ptr::null_mut();
     for (ray, slot) in rays.iter().zip(answers) {
@@ -189,7 +189,7 @@ pub(super) fn closest(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [Ans
 
 /// Whether there is any hit in a committed scene, one call per ray.
 pub(super) fn occluded(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [bool]) {
-    let _quiet = NoDenormals::begin();
+    let _no_denormals = NoDenormals::begin();
     let occluded = api.occluded1;
     for (ray, slot) in rays.iter().zip(answers) {
         let mut query = engine_ray(ray);

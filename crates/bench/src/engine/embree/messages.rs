@@ -4,14 +4,14 @@ use std::io::{Read, Seek, Write};
 use std::os::fd::AsRawFd;
 
 /// Runs a job, and gives what the process writes to its standard output meanwhile. `None` when the system does not play along.
-pub(super) fn said<R>(job: impl FnOnce() -> R) -> Option<(R, String)> {
+pub(super) fn capture_output<R>(job: impl FnOnce() -> R) -> Option<(R, String)> {
     let path = std::env::temp_dir().join(format!("kinetree-bench-{}", std::process::id()));
     let mut file = std::fs::File::options().read(true).write(true).create(true).truncate(true).open(&path).ok()?;
     std::fs::remove_file(&path).ok()?;
     std::io::stdout().flush().ok()?;
-    let elsewhere = Elsewhere::begin(file.as_raw_fd())?;
+    let redirected = Redirected::begin(file.as_raw_fd())?;
     let result = job();
-    drop(elsewhere);
+    drop(redirected);
     let mut text = String::new();
     file.rewind().ok()?;
     file.read_to_string(&mut text).ok()?;
@@ -19,9 +19,9 @@ pub(super) fn said<R>(job: impl FnOnce() -> R) -> Option<(R, String)> {
 }
 
 /// As long as it lives, the standard output leads elsewhere.
-struct Elsewhere(i32);
+struct Redirected(i32);
 
-impl Elsewhere {
+impl Redirected {
     fn begin(to: i32) -> Option<Self> {
         flush();
         // SAFETY: both calls take numbers of open files and touch no memory.
@@ -35,7 +35,7 @@ impl Elsewhere {
     }
 }
 
-impl Drop for Elsewhere {
+impl Drop for Redirected {
     fn drop(&mut self) {
         flush();
         // SAFETY: the number is that of a file which only this one knows.
