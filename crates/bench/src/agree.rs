@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use crate::exact::{Rounded, closest_by_looking, crossing};
+use crate::exact::{Rounded, closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
 use crate::rays::Question;
 use crate::soup::Soup;
@@ -28,7 +28,7 @@ pub(crate) struct Differences {
     /// How many of those are at the edge of a triangle, or grazing it.
     pub(crate) at_edges: usize,
     /// The first ray that differs elsewhere, what is right, and what was given.
-    pub(crate) first: Option<(usize, Answer, Given)>,
+    pub(crate) first: Option<(usize, Answer, EngineAnswer)>,
 }
 
 impl Differences {
@@ -47,7 +47,7 @@ impl Differences {
         }
     }
 
-    fn add(&mut self, ray: usize, expected: Answer, given: Given, at_edge: bool) {
+    fn add(&mut self, ray: usize, expected: Answer, given: EngineAnswer, at_edge: bool) {
         self.all += 1;
         self.at_edges += usize::from(at_edge);
         if !at_edge {
@@ -77,14 +77,14 @@ pub(crate) fn refined(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Vec<Answ
 
 /// What an engine gave for a ray.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Given {
+pub(crate) enum EngineAnswer {
     /// The nearest hit, or none.
     Nearest(Answer),
     /// Whether there is any.
     Occluded(bool),
 }
 
-impl Given {
+impl EngineAnswer {
     fn agrees(&self, expected: &Answer) -> bool {
         match self {
             Self::Nearest(given) => same(expected, given),
@@ -98,36 +98,36 @@ impl Given {
 pub(crate) struct Dispute {
     pub(crate) ray: usize,
     /// By the engine.
-    pub(crate) given: Given,
+    pub(crate) given: EngineAnswer,
 }
 
 /// What is expected, against all that an engine gave.
-pub(crate) fn disputes(expected: &[Answer], given: impl IntoIterator<Item = Given>) -> Vec<Dispute> {
+pub(crate) fn disputes(expected: &[Answer], given: impl IntoIterator<Item = EngineAnswer>) -> Vec<Dispute> {
     let all = given.into_iter().enumerate().map(|(ray, given)| Dispute { ray, given });
     all.filter(|dispute| !dispute.given.agrees(&expected[dispute.ray])).collect()
 }
 
 /// The right answers to disputed rays.
 #[derive(Debug, Default)]
-pub(crate) struct Truths {
+pub(crate) struct ExactAnswers {
     by_ray: BTreeMap<usize, Answer>,
     /// Disputed rays that there was no time to look at: of those, the reference is believed.
     pub(crate) unsettled: usize,
 }
 
-impl Truths {
-    /// By exact search through all triangles, for as many rays as `looks` allows of pairs of a ray
+impl ExactAnswers {
+    /// By exact search through all triangles, for as many rays as `triangle_tests` allows of pairs of a ray
     /// and a triangle, which are used up; spread evenly when that is not enough.
-    pub(crate) fn of(soup: &Soup, rays: &[Ray], mut disputed: Vec<usize>, looks: &mut usize) -> Self {
+    pub(crate) fn of(soup: &Soup, rays: &[Ray], mut disputed: Vec<usize>, triangle_tests: &mut usize) -> Self {
         disputed.sort_unstable();
         disputed.dedup();
-        let affordable = *looks / soup.len().max(1);
+        let affordable = *triangle_tests / soup.len().max(1);
         let all = disputed.len();
         let count = all.min(affordable);
-        let heard: Vec<usize> = (0..count).map(|at| disputed[at * all / count.max(1)]).collect();
-        *looks -= count * soup.len();
-        let asked: Vec<Ray> = heard.iter().map(|ray| rays[*ray]).collect();
-        let by_ray = heard.into_iter().zip(closest_by_looking(soup, &asked)).collect();
+        let searched: Vec<usize> = (0..count).map(|at| disputed[at * all / count.max(1)]).collect();
+        *triangle_tests -= count * soup.len();
+        let searched_rays: Vec<Ray> = searched.iter().map(|ray| rays[*ray]).collect();
+        let by_ray = searched.into_iter().zip(closest_by_brute_force(soup, &searched_rays)).collect();
         Self { by_ray, unsettled: all - count }
     }
 
@@ -137,9 +137,9 @@ impl Truths {
     }
 
     /// The rays about which the reference was wrong, and how.
-    fn overturned<'a>(&'a self, expected: &'a [Answer]) -> impl Iterator<Item = Dispute> {
+    fn reference_errors<'a>(&'a self, expected: &'a [Answer]) -> impl Iterator<Item = Dispute> {
         let wrong = self.by_ray.iter().filter(|(ray, truth)| !same(truth, &expected[**ray]));
-        wrong.map(|(ray, _)| Dispute { ray: *ray, given: Given::Nearest(expected[*ray]) })
+        wrong.map(|(ray, _)| Dispute { ray: *ray, given: EngineAnswer::Nearest(expected[*ray]) })
     }
 
     /// What an engine got wrong whose disputes with the reference these are. Where the reference
@@ -154,11 +154,11 @@ impl Truths {
     ) -> Differences {
         // Disputes stand in the order of the rays.
         let as_asked = |answer: Answer| match question {
-            Question::Closest => Given::Nearest(answer),
-            Question::Occluded => Given::Occluded(answer.is_hit()),
+            Question::Closest => EngineAnswer::Nearest(answer),
+            Question::Occluded => EngineAnswer::Occluded(answer.is_hit()),
         };
         let agreed = self
-            .overturned(expected)
+            .reference_errors(expected)
             .filter(|wrong| disputes.binary_search_by_key(&wrong.ray, |dispute| dispute.ray).is_err());
         let agreed = agreed.map(|wrong| Dispute { given: as_asked(expected[wrong.ray]), ..wrong });
         let mut differences = Differences { rays: rays.len(), ..Differences::default() };
@@ -173,10 +173,10 @@ impl Truths {
 }
 
 /// Whether an engine that is not watertight may decide either way.
-fn is_at_edge(soup: &Soup, ray: &Ray, truth: &Answer, given: &Given) -> bool {
+fn is_at_edge(soup: &Soup, ray: &Ray, truth: &Answer, given: &EngineAnswer) -> bool {
     // The farther one has passed the nearer one by; the end of the ray is a place of decision, too.
     let nearer = match given {
-        Given::Nearest(given) if given.t < truth.t => given,
+        EngineAnswer::Nearest(given) if given.t < truth.t => given,
         _ => truth,
     };
     nearer.is_hit() && (on_an_edge(soup, ray, nearer) || at_the_end(ray, nearer))
@@ -222,11 +222,18 @@ mod tests {
         Answer { t, u: 0.2, v: 0.2, primitive: 0, mesh: 0 }
     }
 
-    fn differences_of(ray: Ray, expected: Answer, given: Given, question: Question, looks: usize) -> Differences {
+    fn differences_of(
+        ray: Ray,
+        expected: Answer,
+        given: EngineAnswer,
+        question: Question,
+        triangle_tests: usize,
+    ) -> Differences {
         let (soup, rays, expected) = (soup(), [ray], [expected]);
         let disputes = disputes(&expected, [given]);
         let disputed = disputes.iter().map(|dispute| dispute.ray).collect();
-        Truths::of(&soup, &rays, disputed, &mut { looks }).differences(&soup, &rays, &expected, &disputes, question)
+        ExactAnswers::of(&soup, &rays, disputed, &mut { triangle_tests })
+            .differences(&soup, &rays, &expected, &disputes, question)
     }
 
     fn down(x: f32) -> Ray {
@@ -235,7 +242,7 @@ mod tests {
 
     #[test]
     fn distances_may_differ_by_rounding_only() {
-        let differ = |t| differences_of(down(0.2), hit(1.0), Given::Nearest(hit(t)), Question::Closest, 10);
+        let differ = |t| differences_of(down(0.2), hit(1.0), EngineAnswer::Nearest(hit(t)), Question::Closest, 10);
         assert_eq!(differ(1.00005).all, 0);
         let far = differ(1.001);
         assert_eq!((far.all, far.elsewhere(), far.first.map(|first| first.0)), (1, 1, Some(0)));
@@ -251,8 +258,10 @@ mod tests {
     #[test]
     fn an_edge_is_an_excuse_and_the_inside_is_none() {
         for (x, at_edges) in [(0.2, 0), (1e-6, 1)] {
-            let answers =
-                [(Given::Nearest(Answer::MISS), Question::Closest), (Given::Occluded(false), Question::Occluded)];
+            let answers = [
+                (EngineAnswer::Nearest(Answer::MISS), Question::Closest),
+                (EngineAnswer::Occluded(false), Question::Occluded),
+            ];
             for (given, question) in answers {
                 let differences = differences_of(down(x), hit(1.0), given, question, 10);
                 assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x} {question:?}");
@@ -267,29 +276,33 @@ mod tests {
             wrong.into_iter().flat_map(|it| [(it, Question::Closest), (it, Question::Occluded)])
         {
             let as_asked = |answer: Answer| match question {
-                Question::Closest => Given::Nearest(answer),
-                Question::Occluded => Given::Occluded(answer.is_hit()),
+                Question::Closest => EngineAnswer::Nearest(answer),
+                Question::Occluded => EngineAnswer::Occluded(answer.is_hit()),
             };
-            let blamed =
-                |answer: Answer, looks| differences_of(down(0.2), reference, as_asked(answer), question, looks).all;
+            let blamed = |answer: Answer, triangle_tests| {
+                differences_of(down(0.2), reference, as_asked(answer), question, triangle_tests).all
+            };
             assert_eq!(blamed(hit(1.0), 10), 0, "{question:?}");
             // Nothing is disputed, so nothing is looked at.
             assert_eq!(blamed(reference, 10), 0, "{question:?}");
         }
         let (soup, rays, expected) = (soup(), [down(0.2)], [hit(0.5)]);
-        let truths = Truths::of(&soup, &rays, vec![0, 0], &mut 10);
-        assert_eq!(truths.overturned(&expected).count(), 1);
-        assert_eq!(truths.differences(&soup, &rays, &expected, &[], Question::Closest).elsewhere(), 1);
+        let exact_answers = ExactAnswers::of(&soup, &rays, vec![0, 0], &mut 10);
+        assert_eq!(exact_answers.reference_errors(&expected).count(), 1);
+        assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], Question::Closest).elsewhere(), 1);
         // It did hit something, which is all that was asked.
-        assert_eq!(truths.differences(&soup, &rays, &expected, &[], Question::Occluded).all, 0);
+        assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], Question::Occluded).all, 0);
     }
 
     #[test]
     fn without_time_to_look_the_reference_is_believed_and_it_is_said() {
-        let differences = differences_of(down(0.2), hit(0.5), Given::Nearest(hit(1.0)), Question::Closest, 0);
+        let differences = differences_of(down(0.2), hit(0.5), EngineAnswer::Nearest(hit(1.0)), Question::Closest, 0);
         assert_eq!(differences.all, 1);
         let (soup, rays) = (soup(), [down(0.2); 4]);
-        let truths = Truths::of(&soup, &rays, vec![3, 1, 2, 0], &mut 2);
-        assert_eq!((truths.by_ray.keys().copied().collect::<Vec<_>>(), truths.unsettled), (vec![0, 2], 2));
+        let exact_answers = ExactAnswers::of(&soup, &rays, vec![3, 1, 2, 0], &mut 2);
+        assert_eq!(
+            (exact_answers.by_ray.keys().copied().collect::<Vec<_>>(), exact_answers.unsettled),
+            (vec![0, 2], 2)
+        );
     }
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use super::shape::Shape;
-use crate::exact::{closest_by_looking, crossing};
+use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
 
 /// By what part of itself the distance of a watertight hit may be off, as `Precision::Watertight`
@@ -20,7 +20,7 @@ pub(super) struct Right {
 
 /// Of rays of a shape; `None` of one that meets nothing, since it started outside after rounding.
 pub(super) fn right(shape: &Shape, rays: &[Ray]) -> Vec<Option<Right>> {
-    let found = closest_by_looking(&shape.soup, rays);
+    let found = closest_by_brute_force(&shape.soup, rays);
     let exact = |(ray, answer): (&Ray, Answer)| {
         let found = answer.is_hit().then(|| crossing(ray, &shape.soup.corners(answer.primitive))).flatten();
         found.map(|found| Right { t: found.t })
@@ -172,7 +172,7 @@ mod tests {
         let rays = super::super::rays::rays(&shape, 64, 1, 0);
         let right = right(&shape, &rays);
         assert!(right.iter().filter(|right| right.is_some()).count() > 60);
-        let answers = closest_by_looking(&shape.soup, &rays);
+        let answers = closest_by_brute_force(&shape.soup, &rays);
         let tally = |answers: &[Answer]| {
             let mut tally = Tally::default();
             tally.count(0, &shape, &rays, &right, answers);

@@ -10,11 +10,11 @@ use std::collections::BTreeMap;
 use super::lineup::{BuiltEngine, guarded};
 use super::traces::named;
 use super::{Log, Plan};
-use crate::agree::{Differences, Dispute, Given, Truths, disputes};
+use crate::agree::{Differences, Dispute, EngineAnswer, ExactAnswers, disputes};
 use crate::case::{Case, leeway};
 use crate::engine::FAST_PRECISION_SUFFIX;
 use crate::engine::{Batch, Reference};
-use crate::exact::{closest_by_looking, crossing};
+use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
 use crate::rays::Kind;
 use crate::rays::{Question, RaySet};
@@ -78,9 +78,10 @@ fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec
         let stride = (set.rays.len() / sample).max(1);
         let rays: Vec<Ray> = set.rays.iter().step_by(stride).copied().collect();
         let given: Vec<Answer> = answers.iter().step_by(stride).copied().collect();
-        let right = closest_by_looking(soup, &rays);
-        let disputes = disputes(&right, given.into_iter().map(Given::Nearest));
-        differences = differences.and(Truths::default().differences(soup, &rays, &right, &disputes, Question::Closest));
+        let right = closest_by_brute_force(soup, &rays);
+        let disputes = disputes(&right, given.into_iter().map(EngineAnswer::Nearest));
+        differences =
+            differences.and(ExactAnswers::default().differences(soup, &rays, &right, &disputes, Question::Closest));
     }
     log.say(&format!(
         "  exact search through all triangles: {} of {} answers of the reference differ, {} of them at edges",
@@ -124,15 +125,15 @@ fn compare_engines(
         }
     });
     let mut triangle_tests = DISPUTE_TRIANGLE_TESTS[usize::from(plan.quick)];
-    let mut truths = Vec::new();
+    let mut exact_answers = Vec::new();
     let (mut settled, mut unsettled, mut reference) = (0, 0, Differences::default());
     for (at, (set, answers)) in sets.iter().zip(expected).enumerate() {
         let calls = collected.iter().flatten().filter(|call| call.set == at);
         let disputed: Vec<usize> = calls.flat_map(|call| &call.disputes).map(|dispute| dispute.ray).collect();
-        let found = Truths::of(soup, &set.rays, disputed, &mut triangle_tests);
+        let found = ExactAnswers::of(soup, &set.rays, disputed, &mut triangle_tests);
         (settled, unsettled) = (settled + found.settled(), unsettled + found.unsettled);
         reference = reference.and(found.differences(soup, &set.rays, answers, &[], Question::Closest));
-        truths.push(found);
+        exact_answers.push(found);
     }
     if settled + unsettled > 0 {
         let (all, at_edges) = (reference.all, reference.at_edges);
@@ -142,7 +143,7 @@ fn compare_engines(
     }
     checked.kinetree_is_wrong |= reference.elsewhere() > 0;
     for (built, calls) in lineup.iter().zip(&collected) {
-        count_wrong_answers(soup, sets, expected, &truths, built, calls, log, checked);
+        count_wrong_answers(soup, sets, expected, &exact_answers, built, calls, log, checked);
     }
 }
 
@@ -155,7 +156,7 @@ fn count_wrong_answers(
     soup: &Soup,
     sets: &[RaySet],
     expected: &[Vec<Answer>],
-    truths: &[Truths],
+    exact_answers: &[ExactAnswers],
     built: &BuiltEngine,
     calls: &[DisputedAnswers],
     log: &mut Log,
@@ -166,7 +167,8 @@ fn count_wrong_answers(
     for call in calls {
         let set = &sets[call.set];
         let (name, question) = (named(&built.name, call.batch.unwrap_or_default()), set.kind.question());
-        let differences = truths[call.set].differences(soup, &set.rays, &expected[call.set], &call.disputes, question);
+        let differences =
+            exact_answers[call.set].differences(soup, &set.rays, &expected[call.set], &call.disputes, question);
         if differences.elsewhere() > 0 {
             notes.push(describe(&name, set, &differences, soup));
         }
@@ -199,7 +201,7 @@ fn collect_answers(
     let tree = &built.tree;
     let mut all = Vec::new();
     for (at, set) in sets.iter().enumerate() {
-        let mut add = |batch: Option<&'static str>, given: Option<Vec<Given>>| {
+        let mut add = |batch: Option<&'static str>, given: Option<Vec<EngineAnswer>>| {
             let name = named(&built.name, batch.unwrap_or_default());
             let given = given.ok_or_else(|| format!("  {name} panicked on {}: NOT TIMED", set.kind.name()))?;
             all.push(DisputedAnswers { set: at, batch, disputes: disputes(&expected[at], given) });
@@ -217,17 +219,17 @@ fn collect_answers(
 }
 
 /// `None` when it panics.
-fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<Given>> {
+fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<EngineAnswer>> {
     let ask = || match set.kind.question() {
         Question::Closest => {
             let mut answers = vec![Answer::MISS; set.rays.len()];
             closest(&mut answers);
-            answers.into_iter().map(Given::Nearest).collect()
+            answers.into_iter().map(EngineAnswer::Nearest).collect()
         }
         Question::Occluded => {
             let mut seen = vec![false; set.rays.len()];
             occluded(&mut seen);
-            seen.into_iter().map(Given::Occluded).collect()
+            seen.into_iter().map(EngineAnswer::Occluded).collect()
         }
     };
     guarded(|| Ok(ask())).ok()
@@ -249,8 +251,8 @@ fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) 
             None => "nowhere".to_owned(),
         };
         let given = match given {
-            Given::Nearest(answer) => place(answer),
-            Given::Occluded(seen) => (if seen { "somewhere" } else { "nowhere" }).to_owned(),
+            EngineAnswer::Nearest(answer) => place(answer),
+            EngineAnswer::Occluded(seen) => (if seen { "somewhere" } else { "nowhere" }).to_owned(),
         };
         text += &format!("; ray {ray}, {:?}, ends at {}, not {given}", set.rays[ray], place(expected));
     }

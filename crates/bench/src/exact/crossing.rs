@@ -39,7 +39,7 @@ pub(crate) fn crossing(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
     let t = Quotient { over, under: sides[0] + sides[1] + sides[2] }.value();
     match (sides.map(Volume::sign), t) {
         ([Some(a), Some(b), Some(c)], Some(t)) => Some(Crossing { t, is_hit: a == b && b == c && t >= 0.0 }),
-        _ => exactly(ray, corners),
+        _ => crossing_without_rounding(ray, corners),
     }
 }
 
@@ -116,7 +116,7 @@ impl Quotient {
 }
 
 /// The same without floats.
-fn exactly(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
+fn crossing_without_rounding(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
     type Vector = [Expansion; 3];
     let from = |corner: &Vec3| -> Vector {
         [0, 1, 2].map(|axis| Expansion::difference(f64::from(corner[axis]), f64::from(ray.origin[axis])))
@@ -191,7 +191,10 @@ mod tests {
             let [a, b, c, d, origin, through] = [point(), point(), point(), point(), point(), point()];
             let ray = Ray::new(origin, through - origin);
             for triangle in [[a, b, c], [d, c, b]] {
-                assert_eq!(crossing(&ray, &triangle).map(|it| it.is_hit), exactly(&ray, &triangle).map(|it| it.is_hit));
+                assert_eq!(
+                    crossing(&ray, &triangle).map(|it| it.is_hit),
+                    crossing_without_rounding(&ray, &triangle).map(|it| it.is_hit)
+                );
                 both += usize::from(crossing(&ray, &triangle).is_some_and(|it| it.is_hit));
             }
         }

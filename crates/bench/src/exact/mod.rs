@@ -11,4 +11,4 @@ mod search;
 
 pub(crate) use crossing::crossing;
 pub(crate) use rounded::Rounded;
-pub(crate) use search::closest_by_looking;
+pub(crate) use search::closest_by_brute_force;

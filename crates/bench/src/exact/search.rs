@@ -8,11 +8,11 @@ use crate::soup::Soup;
 
 /// The nearest hit of each ray, by testing every triangle. Both sides and all edges count;
 /// whether there is a hit is exact.
-pub(crate) fn closest_by_looking(soup: &Soup, rays: &[Ray]) -> Vec<Answer> {
-    rays.par_iter().map(|ray| look(soup, ray)).collect()
+pub(crate) fn closest_by_brute_force(soup: &Soup, rays: &[Ray]) -> Vec<Answer> {
+    rays.par_iter().map(|ray| closest_of_all(soup, ray)).collect()
 }
 
-fn look(soup: &Soup, ray: &Ray) -> Answer {
+fn closest_of_all(soup: &Soup, ray: &Ray) -> Answer {
     let (mut best, mut nearest) = (Answer::MISS, f64::from(ray.t_max));
     for primitive in 0..soup.len() as u32 {
         let Some(t) = hit(ray, &soup.corners(primitive)) else { continue };
@@ -39,7 +39,7 @@ mod tests {
         let ends = |t_max| Ray { t_max, ..ray };
         let rays = [ray, ends(1.0), ends(0.99), Ray::new(Vec3::new(-1e-9, 0.25, 0.0), Vec3::Z)];
         let found: Vec<(u32, f32)> =
-            closest_by_looking(&soup, &rays).iter().map(|answer| (answer.primitive, answer.t)).collect();
+            closest_by_brute_force(&soup, &rays).iter().map(|answer| (answer.primitive, answer.t)).collect();
         let miss = (Answer::NOTHING, f32::INFINITY);
         assert_eq!(found, [(1, 1.0), (1, 1.0), miss, miss]);
     }
