@@ -36,39 +36,39 @@ pub(crate) struct Options {
 }
 
 /// Rays for each shape.
-const EACH: usize = 4096;
+const RAYS_PER_SHAPE: usize = 4096;
 
 /// How an engine is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum CallMode {
     Single,
     Batch,
 }
 
 /// Those that are asked, under one name; where there are several engines, shapes take turns.
-const ASKED: [(&str, &[&str], Way); 4] = [
-    ("kinetree, single", &["kinetree fast", "kinetree best", "kinetree fastest"], Way::Single),
-    ("kinetree, batch", &["kinetree fast", "kinetree best", "kinetree fastest"], Way::Batch),
-    ("embree robust", &["embree medium robust"], Way::Single),
-    ("embree", &["embree medium"], Way::Single),
+const TESTED: [(&str, &[&str], CallMode); 4] = [
+    ("kinetree, single", &["kinetree fast", "kinetree best", "kinetree fastest"], CallMode::Single),
+    ("kinetree, batch", &["kinetree fast", "kinetree best", "kinetree fastest"], CallMode::Batch),
+    ("embree robust", &["embree medium robust"], CallMode::Single),
+    ("embree", &["embree medium"], CallMode::Single),
 ];
 
 /// One of those, and how it did.
 #[derive(Serialize)]
-struct Asked {
+struct TestedEngine {
     engine: &'static str,
     instructions: String,
     #[serde(skip)]
     settings: Vec<usize>,
     #[serde(skip)]
-    way: Way,
+    mode: CallMode,
     #[serde(flatten)]
     tally: Tally,
 }
 
 /// What is written.
 #[derive(Serialize)]
-struct Found<'a> {
+struct Summary<'a> {
     processor: String,
     level: &'static str,
     date: String,
@@ -76,7 +76,7 @@ struct Found<'a> {
     shapes: u64,
     rays: usize,
     distance_bound: f64,
-    engines: &'a [Asked],
+    engines: &'a [TestedEngine],
 }
 
 /// Counts, and tells whether ours did nothing wrong.
@@ -88,26 +88,31 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
     let level = Level::current().name();
     println!("{}, level {level}, seed {}, {}", machine::processor(), options.seed, machine::date());
     notes.iter().filter(|note| note.contains("Embree")).for_each(|note| println!("{note}"));
-    let mut asked: Vec<Asked> = ASKED.iter().filter_map(|asked| found(&engines, asked)).collect();
-    let shapes = options.rays.div_ceil(EACH) as u64;
+    let mut tested: Vec<TestedEngine> = TESTED.iter().filter_map(|tested| found(&engines, tested)).collect();
+    let shapes = options.rays.div_ceil(RAYS_PER_SHAPE) as u64;
     let pool = ThreadPool::new(1)?;
     for number in 0..shapes {
         let shape = Shape::new(options.seed, number);
-        let rays = rays::rays(&shape, EACH.min(options.rays - number as usize * EACH), options.seed, number);
-        let right = tally::right(&shape, &rays);
-        for asked in &mut asked {
-            let engine = &engines[asked.settings[number as usize % asked.settings.len()]];
-            let answers = answers(&**engine, &pool, &shape.soup, &rays, asked.way)?;
-            asked.tally.count(number, &shape, &rays, &right, &answers);
+        let rays = rays::rays(
+            &shape,
+            RAYS_PER_SHAPE.min(options.rays - number as usize * RAYS_PER_SHAPE),
+            options.seed,
+            number,
+        );
+        let exact = tally::exact_hits(&shape, &rays);
+        for tested in &mut tested {
+            let engine = &engines[tested.settings[number as usize % tested.settings.len()]];
+            let answers = answers(&**engine, &pool, &shape.soup, &rays, tested.mode)?;
+            tested.tally.count(number, &shape, &rays, &exact, &answers);
         }
         if shapes >= 10 && (number + 1) * 10 / shapes > number * 10 / shapes {
             eprintln!("{} %", (number + 1) * 100 / shapes);
         }
     }
-    print!("{}", table(&asked));
+    print!("{}", table(&tested));
     if let Some(path) = &options.json {
         let (seed, rays) = (options.seed, options.rays);
-        let found = Found {
+        let found = Summary {
             processor: machine::processor(),
             level,
             date: machine::date(),
@@ -115,19 +120,22 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
             shapes,
             rays,
             distance_bound: DISTANCE_BOUND,
-            engines: &asked,
+            engines: &tested,
         };
         std::fs::write(path, serde_json::to_string_pretty(&found)?)
             .map_err(|error| format!("{}: {error}", path.display()))?;
     }
-    Ok(asked.iter().all(|asked| !asked.engine.starts_with("kinetree") || asked.tally.is_clean()))
+    Ok(tested.iter().all(|tested| !tested.engine.starts_with("kinetree") || tested.tally.is_clean()))
 }
 
-fn found(engines: &[Box<dyn Engine>], (name, settings, way): &(&'static str, &[&str], Way)) -> Option<Asked> {
+fn found(
+    engines: &[Box<dyn Engine>],
+    (name, settings, mode): &(&'static str, &[&str], CallMode),
+) -> Option<TestedEngine> {
     let place = |setting: &&str| engines.iter().position(|engine| engine.name() == *setting);
     let settings: Vec<usize> = settings.iter().filter_map(place).collect();
     let instructions = engines[*settings.first()?].instructions().to_owned();
-    Some(Asked { engine: name, instructions, settings, way: *way, tally: Tally::default() })
+    Some(TestedEngine { engine: name, instructions, settings, mode: *mode, tally: Tally::default() })
 }
 
 fn answers(
@@ -135,13 +143,13 @@ fn answers(
     pool: &ThreadPool,
     soup: &Soup,
     rays: &[Ray],
-    way: Way,
+    mode: CallMode,
 ) -> Result<Vec<Answer>, Failure> {
     let tree = engine.prepare(soup)?.build(pool)?;
     let mut answers = vec![Answer::MISS; rays.len()];
-    match way {
-        Way::Single => tree.closest(rays, &mut answers),
-        Way::Batch => {
+    match mode {
+        CallMode::Single => tree.closest(rays, &mut answers),
+        CallMode::Batch => {
             let batches = tree.batches();
             let batch = batches.first().ok_or("it has no batches")?;
             batch.closest(rays, &mut answers, Coherence::Coherent);
@@ -150,7 +158,7 @@ fn answers(
     Ok(answers)
 }
 
-fn table(asked: &[Asked]) -> String {
+fn table(tested: &[TestedEngine]) -> String {
     let mut text = format!(
         "\n{:<18} {:<9} {:>11} {:>8} {:>11} {:>11} {:>12} {:>11} {:>12}\n",
         "", "", "rays", "slips", "false hits", "worst pass", "distances", "worst", "worst error"
@@ -159,13 +167,13 @@ fn table(asked: &[Asked]) -> String {
         "{:<18} {:<9} {:>11} {:>8} {:>11} {:>11} {:>12} {:>11} {:>12}\n",
         "", "", "", "", "", "/ half w.", "off > 2^-14", "part off", "/ half w."
     );
-    for Asked { engine, instructions, tally, .. } in asked {
+    for TestedEngine { engine, instructions, tally, .. } in tested {
         let Tally { rays, slips, false_hits, worst_pass, wrong_distances, worst_part, worst_error, .. } = tally;
         text += &format!(
             "{engine:<18} {instructions:<9} {rays:>11} {slips:>8} {false_hits:>11} {worst_pass:>11.1e} {wrong_distances:>12} {worst_part:>11.1e} {worst_error:>12.1e}\n"
         );
     }
-    for Asked { engine, tally, .. } in asked {
+    for TestedEngine { engine, tally, .. } in tested {
         let examples = [
             ("slip", tally.first_slip),
             ("false hit", tally.first_false_hit),

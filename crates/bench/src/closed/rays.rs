@@ -37,7 +37,7 @@ fn origin(shape: &Shape, rng: &mut Rng) -> Vec3 {
 /// Finite and not zero.
 fn direction(shape: &Shape, from: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     loop {
-        let way = match rng.below(8) {
+        let direction = match rng.below(8) {
             0 => rng.direction(),
             1 => nearly_straight(shape, rng),
             2 | 3 => shape.side(rng, along) - from,
@@ -45,9 +45,9 @@ fn direction(shape: &Shape, from: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
             4 => shape.side(rng, shape.along(from)) - from,
             _ => shape.edge(rng) - from,
         };
-        let way = if rng.below(2) == 0 { way.normalize_or_zero() } else { way };
-        if way.is_finite() && way != Vec3::ZERO {
-            return way;
+        let direction = if rng.below(2) == 0 { direction.normalize_or_zero() } else { direction };
+        if direction.is_finite() && direction != Vec3::ZERO {
+            return direction;
         }
     }
 }
@@ -55,10 +55,10 @@ fn direction(shape: &Shape, from: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
 /// Along an axis of space or of the shape, but for slopes that are next to nothing.
 fn nearly_straight(shape: &Shape, rng: &mut Rng) -> Vec3 {
     let sign = if rng.below(2) == 0 { 1.0 } else { -1.0 };
-    let mut way = if rng.below(2) == 0 { shape.axis() } else { Vec3::AXES[rng.below(3)] } * sign;
+    let mut direction = if rng.below(2) == 0 { shape.axis() } else { Vec3::AXES[rng.below(3)] } * sign;
     for axis in 0..3 {
         let slope = [0.0, -0.0, 1e-42, 1e-30, 1e-7, 1e-4][rng.below(6)];
-        way[axis] += if rng.below(2) == 0 { slope } else { -slope };
+        direction[axis] += if rng.below(2) == 0 { slope } else { -slope };
     }
-    way
+    direction
 }

@@ -13,17 +13,17 @@ pub(super) const DISTANCE_BOUND: f64 = 1.0 / (1 << 14) as f64;
 
 /// The right answer of a ray.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Right {
+pub(super) struct ExactHit {
     /// Where it leaves the shape, in lengths of the direction.
     t: f64,
 }
 
 /// Of rays of a shape; `None` of one that meets nothing, since it started outside after rounding.
-pub(super) fn right(shape: &Shape, rays: &[Ray]) -> Vec<Option<Right>> {
+pub(super) fn exact_hits(shape: &Shape, rays: &[Ray]) -> Vec<Option<ExactHit>> {
     let found = closest_by_brute_force(&shape.soup, rays);
     let exact = |(ray, answer): (&Ray, Answer)| {
         let found = answer.is_hit().then(|| crossing(ray, &shape.soup.corners(answer.primitive))).flatten();
-        found.map(|found| Right { t: found.t })
+        found.map(|found| ExactHit { t: found.t })
     };
     rays.iter().zip(found).map(exact).collect()
 }
@@ -34,7 +34,8 @@ pub(super) struct Example {
     shape: u64,
     origin: [f32; 3],
     direction: [f32; 3],
-    right: f64,
+    #[serde(rename = "right")]
+    exact: f64,
     /// None of a slip.
     given: Option<f32>,
 }
@@ -74,15 +75,15 @@ impl Tally {
         number: u64,
         shape: &Shape,
         rays: &[Ray],
-        right: &[Option<Right>],
+        exact: &[Option<ExactHit>],
         given: &[Answer],
     ) {
-        for ((ray, right), given) in rays.iter().zip(right).zip(given) {
-            let Some(Right { t }) = *right else { continue };
+        for ((ray, exact), given) in rays.iter().zip(exact).zip(given) {
+            let Some(ExactHit { t }) = *exact else { continue };
             self.rays += 1;
             let t_given = given.is_hit().then_some(given.t);
             let example =
-                Example { shape: number, origin: ray.origin, direction: ray.direction, right: t, given: t_given };
+                Example { shape: number, origin: ray.origin, direction: ray.direction, exact: t, given: t_given };
             if !given.is_hit() {
                 self.slips += 1;
                 self.first_slip.get_or_insert(example);
@@ -170,17 +171,17 @@ mod tests {
     fn slips_false_hits_and_wrong_distances_are_told_apart() {
         let shape = Shape::new(1, 0);
         let rays = super::super::rays::rays(&shape, 64, 1, 0);
-        let right = right(&shape, &rays);
-        assert!(right.iter().filter(|right| right.is_some()).count() > 60);
+        let exact = exact_hits(&shape, &rays);
+        assert!(exact.iter().filter(|exact| exact.is_some()).count() > 60);
         let answers = closest_by_brute_force(&shape.soup, &rays);
         let tally = |answers: &[Answer]| {
             let mut tally = Tally::default();
-            tally.count(0, &shape, &rays, &right, answers);
+            tally.count(0, &shape, &rays, &exact, answers);
             tally
         };
         let clean = tally(&answers);
         assert!(clean.is_clean() && clean.worst_part < 1e-7, "{clean:?}");
-        let at = right.iter().position(Option::is_some).unwrap();
+        let at = exact.iter().position(Option::is_some).unwrap();
         let mut slipped = answers.clone();
         slipped[at] = Answer::MISS;
         assert_eq!((tally(&slipped).slips, tally(&slipped).false_hits), (1, 0));

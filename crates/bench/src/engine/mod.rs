@@ -185,7 +185,7 @@ pub(crate) struct Facts {
 /// and notes: versions, instructions, and why the others cannot be had.
 pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     #[allow(unused_mut)]
-    let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (self::kinetree::variants(), Vec::new());
+    let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (kinetree::variants(), Vec::new());
     #[cfg(all(feature = "embree", unix))]
     match embree::variants(Level::current()) {
         Ok((more, note)) => {
