@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::verdict::Found;
+use super::goal::CaseRatio;
 use super::{GROWTH, Metric, Record, Row};
 use crate::engine::Mode;
 use crate::measure::statistics::{Logs, Spread};
@@ -59,7 +59,7 @@ impl Record {
     }
 
     /// Our scaling over rival, for builds or for a kind of rays, in every case that has both.
-    pub(super) fn scalings(&self, rays: Option<Kind>, (ours, rival): (&str, &str)) -> Vec<Found> {
+    pub(super) fn scalings(&self, rays: Option<Kind>, (ours, rival): (&str, &str)) -> Vec<CaseRatio> {
         let row = |case: &str, engine: &str, threads| match rays {
             None => self.build(case, engine, threads),
             Some(kind) => self.single(case, engine, kind, threads),
@@ -74,13 +74,13 @@ impl Record {
             let middle = |numbers: &[f64]| Spread::of(numbers.iter().copied()).map_or(0.0, |spread| spread.median);
             let note = format!("{:.2} from 1 to {most} threads, {rival} {:.2}", middle(&ours), middle(&others));
             let logs = Logs::of_processes(both(&ours, &others, |ours, rival| ours / rival));
-            Some(Found { case: case.clone(), note, logs })
+            Some(CaseRatio { case: case.clone(), note, logs })
         };
         self.cases().iter().filter_map(find).collect()
     }
 
     /// The time to an image of `each` rays per triangle, tree included: the best setting of ours against the best of the others.
-    pub(super) fn images(&self, each: f64, robust: bool) -> Vec<Found> {
+    pub(super) fn images(&self, each: f64, robust: bool) -> Vec<CaseRatio> {
         let time = |case: &str, engine: &str| {
             let build = self.build(case, engine, 1).or_else(|| self.build(case, base(engine), 1))?;
             let triangles = self.tree(case, engine)?.triangles as f64;
@@ -102,13 +102,13 @@ impl Record {
             }
             let ((_, name, ours), (_, other, rival)) = (best.get(&true)?, best.get(&false)?);
             let logs = Logs::of_processes(both(rival, ours, |rival, ours| rival / ours));
-            Some(Found { case: case.clone(), note: format!("{name} over {other}"), logs })
+            Some(CaseRatio { case: case.clone(), note: format!("{name} over {other}"), logs })
         };
         self.cases().iter().filter_map(find).collect()
     }
 
     /// How much the time of building per triangle, over the depth of a tree of fours, grows from the smallest to the largest of the series.
-    pub(super) fn growth(&self, engine: &str) -> Option<Found> {
+    pub(super) fn growth(&self, engine: &str) -> Option<CaseRatio> {
         let mut series: Vec<(usize, Vec<f64>)> = Vec::new();
         for row in
             self.rows.iter().filter(|row| row.metric == Metric::Build && row.threads == 1 && row.engine == engine)
@@ -127,7 +127,7 @@ impl Record {
         };
         let numbers: Vec<String> = series.iter().map(per_triangle).collect();
         let note = format!("{} ns per triangle, from {} to {} triangles", numbers.join(" / "), first.0, last.0);
-        (series.len() > 1).then(|| Found { case: engine.to_owned(), note, logs: Logs::of_processes(grown) })
+        (series.len() > 1).then(|| CaseRatio { case: engine.to_owned(), note, logs: Logs::of_processes(grown) })
     }
 
     /// All that were measured, in order.

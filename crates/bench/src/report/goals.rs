@@ -1,7 +1,7 @@
 //! The goals for speed, each with what was measured: ours over the best of the others, case by case, and the geometric mean.
 
 use super::derived::base;
-use super::verdict::{Bar, Found, Verdict};
+use super::goal::{CaseRatio, Goal, Target};
 use super::{Metric, Record, Row};
 use crate::engine::{Class, Mode};
 use crate::measure::statistics::Logs;
@@ -32,13 +32,13 @@ pub(crate) fn goals(record: &Record, level: &str, second_cache: usize) -> String
     thin(record, &mut all);
     builds(record, &mut all);
     rest(record, &mut all);
-    all.iter().for_each(|verdict| verdict.write(&mut text));
+    all.iter().for_each(|goal| goal.write(&mut text));
     text
 }
 
 impl Record {
     /// In each case, the first of ours that `ours` picks over the fastest that `rival` picks.
-    fn pairs(&self, ours: impl Fn(&Row) -> bool, rival: impl Fn(&Row) -> bool) -> Vec<Found> {
+    fn pairs(&self, ours: impl Fn(&Row) -> bool, rival: impl Fn(&Row) -> bool) -> Vec<CaseRatio> {
         let find = |row: &Row| {
             let others =
                 self.rows.iter().filter(|other| other.case == row.case && !other.times.is_empty() && rival(other));
@@ -47,7 +47,7 @@ impl Record {
             let differ =
                 differ.map_or_else(String::new, |differ| format!(", which gives {} wrong answers", differ.elsewhere));
             let logs = Logs::of_times(&row.times, &best.times);
-            Some(Found { case: row.case.clone(), note: format!("of {}{differ}", best.engine), logs })
+            Some(CaseRatio { case: row.case.clone(), note: format!("of {}{differ}", best.engine), logs })
         };
         let growth = |row: &&Row| row.case.starts_with(super::GROWTH);
         self.rows.iter().filter(|row| !growth(row) && row.is_kinetree() && ours(row)).filter_map(find).collect()
@@ -65,12 +65,12 @@ fn is_single(row: &Row, kind: Kind, class: Class, robust: bool) -> bool {
 type ClassRow = (Class, &'static str, &'static str, &'static str);
 
 /// Single calls.
-fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Verdict>) {
+fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Goal>) {
     let sets = [(Kind::Primary, 1.3), (Kind::Diffuse, 1.3), (Kind::Shadow, 1.5), (Kind::ShadowShort, 1.5)];
-    let mut add = |kind: Kind, what: &str, bar, found| {
-        all.push(Verdict {
+    let mut add = |kind: Kind, what: &str, target, found| {
+        all.push(Goal {
             what: format!("{classes} | {}, single calls, {what}", kind.name()),
-            bar,
+            target,
             found,
             alone: false,
         });
@@ -79,16 +79,16 @@ fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Verdict
         let is = |robust| move |row: &Row| is_single(row, kind, class, robust);
         let others = |robust| move |row: &Row| !row.is_kinetree() && is_single(row, kind, class, robust);
         let found = record.pairs(is(false), others(false));
-        add(kind, "Precision::Fast over fast modes", Bar::AtLeast(1.1, aim), found);
-        add(kind, "watertight over fast modes", Bar::Shown, record.pairs(is(true), others(false)));
-        add(kind, "watertight over robust modes", Bar::AtLeast(1.2, 1.5), record.pairs(is(true), others(true)));
+        add(kind, "Precision::Fast over fast modes", Target::AtLeast(1.1, aim), found);
+        add(kind, "watertight over fast modes", Target::Shown, record.pairs(is(true), others(false)));
+        add(kind, "watertight over robust modes", Target::AtLeast(1.2, 1.5), record.pairs(is(true), others(true)));
         let own = record.pairs(is(true), |row| row.is_kinetree() && is_single(row, kind, class, false));
-        add(kind, "watertight over our own Precision::Fast", Bar::AtLeast(0.9, 0.95), own);
+        add(kind, "watertight over our own Precision::Fast", Target::AtLeast(0.9, 0.95), own);
     }
 }
 
 /// Many rays at once.
-fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mut Vec<Verdict>) {
+fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mut Vec<Goal>) {
     let (_, name, _, classes) = CLASSES[usize::from(class == Class::Best)];
     let batch = |kind: Kind, robust: bool| {
         move |row: &Row| {
@@ -104,7 +104,7 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
         };
         let found = record.pairs(batch(Kind::Primary, robust), packet);
         let what = format!("{classes} | primary, coherent batch, {how} over Embree's best fast packets");
-        all.push(Verdict { what, bar: Bar::AtLeast(0.9, 1.2), found, alone: false });
+        all.push(Goal { what, target: Target::AtLeast(0.9, 1.2), found, alone: false });
 
         let shuffled = |row: &Row| {
             let same = row.rays == Some(Kind::DiffuseShuffled) && row.threads == 1;
@@ -114,21 +114,21 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
         let plain = record.pairs(batch(Kind::DiffuseShuffled, robust), |row| shuffled(row) && !sorted(row));
         let beside = record.pairs(batch(Kind::DiffuseShuffled, robust), |row| shuffled(row) && sorted(row));
         let is_large =
-            |found: &Found| record.tree(&found.case, name).is_some_and(|tree| tree.bytes > 10 * second_cache);
-        let (large, small): (Vec<Found>, Vec<Found>) = plain.into_iter().partition(is_large);
-        for (size, bar, found) in [
-            ("trees over ten times the second cache", Bar::AtLeast(1.4, 2.2), large),
-            ("smaller trees", Bar::AtLeast(1.0, 1.2), small),
-            ("beside it: over Embree on our sorted rays, the sort charged", Bar::Shown, beside),
+            |found: &CaseRatio| record.tree(&found.case, name).is_some_and(|tree| tree.bytes > 10 * second_cache);
+        let (large, small): (Vec<CaseRatio>, Vec<CaseRatio>) = plain.into_iter().partition(is_large);
+        for (size, target, found) in [
+            ("trees over ten times the second cache", Target::AtLeast(1.4, 2.2), large),
+            ("smaller trees", Target::AtLeast(1.0, 1.2), small),
+            ("beside it: over Embree on our sorted rays, the sort charged", Target::Shown, beside),
         ] {
             let what = format!("{classes} | diffuse_shuffled, batch, {how}, {size}");
-            all.push(Verdict { what, bar, found, alone: false });
+            all.push(Goal { what, target, found, alone: false });
         }
     }
 }
 
 /// Long thin triangles, each scene for itself.
-fn thin(record: &Record, all: &mut Vec<Verdict>) {
+fn thin(record: &Record, all: &mut Vec<Goal>) {
     for robust in [false, true] {
         let how = if robust { "watertight" } else { "Precision::Fast" };
         for kind in [Kind::Primary, Kind::Diffuse] {
@@ -150,7 +150,7 @@ fn thin(record: &Record, all: &mut Vec<Verdict>) {
                 );
             }
             let what = format!("Best | {}, long thin triangles, {how} over fast modes", kind.name());
-            all.push(Verdict { what, bar: Bar::AtLeast(1.4, 2.5), found, alone: true });
+            all.push(Goal { what, target: Target::AtLeast(1.4, 2.5), found, alone: true });
         }
     }
 }
@@ -169,7 +169,7 @@ fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>
 }
 
 /// Builds on one thread.
-fn builds(record: &Record, all: &mut Vec<Verdict>) {
+fn builds(record: &Record, all: &mut Vec<Goal>) {
     let loose = |engine: &str| format!("{engine}{}", crate::engine::FAST_PRECISION_SUFFIX);
     // In the mode that Embree's default is like, where there is one.
     let tracing = |case: &str, engine: &str| {
@@ -185,39 +185,43 @@ fn builds(record: &Record, all: &mut Vec<Verdict>) {
         }
         found
     };
-    let mut add = |what: &str, bar, found| all.push(Verdict { what: what.into(), bar, found, alone: false });
+    let mut add = |what: &str, target, found| all.push(Goal { what: what.into(), target, found, alone: false });
     let fastest = compare("kinetree fastest", "embree low");
-    let good = |found: &Found, than: &str, least: f64| {
+    let good = |found: &CaseRatio, than: &str, least: f64| {
         let ours = tracing(&found.case, "kinetree fastest");
         quality(record, &found.case, &ours, than).0.is_some_and(|traced| traced >= least)
     };
-    let (level, rest): (Vec<Found>, Vec<Found>) =
+    let (level, rest): (Vec<CaseRatio>, Vec<CaseRatio>) =
         fastest.clone().into_iter().partition(|found| good(found, "embree low", 1.0));
-    let near: Vec<Found> = fastest.iter().filter(|found| good(found, "embree medium", 0.95)).cloned().collect();
-    add("build, Fastest over Embree LOW, where rays are at least as fast", Bar::AtLeast(1.0, 1.2), level);
-    add("build, Fastest over Embree LOW, where rays are slower", Bar::Shown, rest);
+    let near: Vec<CaseRatio> = fastest.iter().filter(|found| good(found, "embree medium", 0.95)).cloned().collect();
+    add("build, Fastest over Embree LOW, where rays are at least as fast", Target::AtLeast(1.0, 1.2), level);
+    add("build, Fastest over Embree LOW, where rays are slower", Target::Shown, rest);
     // 1.6 times Embree's time is allowed.
-    add("build, Fastest over Embree LOW, where rays reach 0.95 of MEDIUM's", Bar::AtLeast(1.0 / 1.6, 1.2 / 1.6), near);
-    add("build, Fast over Embree MEDIUM", Bar::AtLeast(1.2, 1.8), compare("kinetree fast", "embree medium"));
-    add("build, Fast over tinybvh", Bar::Shown, compare("kinetree fast", "tinybvh"));
-    add("build, Best over Embree HIGH", Bar::AtLeast(1.0, 1.5), compare("kinetree best", "embree high"));
+    add(
+        "build, Fastest over Embree LOW, where rays reach 0.95 of MEDIUM's",
+        Target::AtLeast(1.0 / 1.6, 1.2 / 1.6),
+        near,
+    );
+    add("build, Fast over Embree MEDIUM", Target::AtLeast(1.2, 1.8), compare("kinetree fast", "embree medium"));
+    add("build, Fast over tinybvh", Target::Shown, compare("kinetree fast", "tinybvh"));
+    add("build, Best over Embree HIGH", Target::AtLeast(1.0, 1.5), compare("kinetree best", "embree high"));
 }
 
 /// Scaling, images, refits, growth, memory.
-fn rest(record: &Record, all: &mut Vec<Verdict>) {
-    let mut add = |what: String, bar, found, alone| all.push(Verdict { what, bar, found, alone });
+fn rest(record: &Record, all: &mut Vec<Goal>) {
+    let mut add = |what: String, target, found, alone| all.push(Goal { what, target, found, alone });
     for (_, ours, rival, _) in CLASSES {
         // The aim is 1.9 by itself, which the notes show.
-        let bar = Bar::AtLeast(1.0, 1.0);
+        let target = Target::AtLeast(1.0, 1.0);
         add(
             format!("scaling of builds, {ours} over {rival}, aim 1.9 by itself"),
-            bar,
+            target,
             record.scalings(None, (ours, rival)),
             false,
         );
         for kind in [Kind::Primary, Kind::Diffuse] {
             let found = record.scalings(Some(kind), (ours, rival));
-            add(format!("scaling of {}, {ours} over {rival}, aim 1.9 by itself", kind.name()), bar, found, false);
+            add(format!("scaling of {}, {ours} over {rival}, aim 1.9 by itself", kind.name()), target, found, false);
         }
     }
     for each in [1.0, 10.0, 100.0] {
@@ -225,28 +229,28 @@ fn rest(record: &Record, all: &mut Vec<Verdict>) {
             let what = format!(
                 "time to image, {each} rays per triangle (a third each primary, diffuse, shadow), best settings, {how}"
             );
-            add(what, Bar::AtLeast(1.1, 1.5), record.images(each, robust), false);
+            add(what, Target::AtLeast(1.1, 1.5), record.images(each, robust), false);
         }
     }
     let refit = |row: &Row| row.metric == Metric::Refit;
     let found = record.pairs(refit, |row| refit(row) && row.engine.starts_with("embree"));
-    let (mut unindexed, indexed): (Vec<Found>, Vec<Found>) =
+    let (mut unindexed, indexed): (Vec<CaseRatio>, Vec<CaseRatio>) =
         found.into_iter().partition(|found| found.case.ends_with(UNINDEXED));
     unindexed.iter_mut().for_each(|found| found.case.truncate(found.case.len() - UNINDEXED.len()));
-    add("refit, shared vertices, over Embree's".into(), Bar::AtLeast(1.4, 2.0), indexed, false);
-    add("refit, three vertices for each triangle, over Embree's".into(), Bar::AtLeast(1.4, 2.0), unindexed, false);
+    add("refit, shared vertices, over Embree's".into(), Target::AtLeast(1.4, 2.0), indexed, false);
+    add("refit, three vertices for each triangle, over Embree's".into(), Target::AtLeast(1.4, 2.0), unindexed, false);
     let growth = |engine: &&str| record.growth(engine);
     let ours = ["kinetree fast"].iter().filter_map(growth).collect();
-    add("growth of build time per triangle over log2(N/4)".into(), Bar::AtMost(1.3, 1.15), ours, true);
+    add("growth of build time per triangle over log2(N/4)".into(), Target::AtMost(1.3, 1.15), ours, true);
     let others = ["kinetree fastest", "embree low", "embree medium", "tinybvh"].iter().filter_map(growth).collect();
-    add("growth of others".into(), Bar::Shown, others, true);
+    add("growth of others".into(), Target::Shown, others, true);
     let bytes = |tree: &super::TreeNote| {
         let each = tree.bytes as f64 / tree.triangles.max(1) as f64;
         let ours = tree.engine == "kinetree fast" && !tree.case.starts_with(super::GROWTH);
-        ours.then(|| Found { case: tree.case.clone(), note: "bytes".into(), logs: Logs::of_processes([each]) })
+        ours.then(|| CaseRatio { case: tree.case.clone(), note: "bytes".into(), logs: Logs::of_processes([each]) })
     };
     let found = record.trees.iter().filter_map(bytes).collect();
-    add("bytes per triangle of the Fast tree, leaves included".into(), Bar::AtMost(75.0, 66.0), found, true);
+    add("bytes per triangle of the Fast tree, leaves included".into(), Target::AtMost(75.0, 66.0), found, true);
 }
 
 /// Cases whose triangles share no vertices end so.

@@ -6,7 +6,7 @@ mod goals;
 mod record;
 mod row;
 mod table;
-mod verdict;
+mod goal;
 
 pub(crate) use chart::chart;
 pub(crate) use goals::{UNINDEXED, goals};

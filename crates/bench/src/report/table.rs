@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::verdict::show;
+use super::goal::show;
 use super::{Metric, Row};
 
 /// Every row, the fastest of each question first; ours with their ratios to the best of the others.

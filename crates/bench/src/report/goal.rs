@@ -10,7 +10,7 @@ pub(crate) const COUNTED: [&str; 5] =
 
 /// What has to be reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Bar {
+pub(crate) enum Target {
     /// The lower bound must reach the first number; the second is hoped for.
     AtLeast(f64, f64),
     /// The upper bound must not pass the first number; the second is hoped for.
@@ -21,7 +21,7 @@ pub(crate) enum Bar {
 
 /// What was found in one case.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct CaseRatio {
     /// The case.
     pub(crate) case: String,
     /// Which engine of others is meant, and what else there is to say.
@@ -32,37 +32,38 @@ pub(crate) struct Found {
 
 /// A goal, and what was found.
 #[derive(Debug, Clone)]
-pub(crate) struct Verdict {
+pub(crate) struct Goal {
     /// What is compared.
     pub(crate) what: String,
     /// What has to be reached.
-    pub(crate) bar: Bar,
+    pub(crate) target: Target,
     /// Case by case.
-    pub(crate) found: Vec<Found>,
+    pub(crate) found: Vec<CaseRatio>,
     /// Whether each case counts for itself, instead of the mean over those that are counted.
     pub(crate) alone: bool,
 }
 
-impl Verdict {
+impl Goal {
     /// Whether the bar is reached; `None` when nothing was measured that counts.
     fn reached(&self, ratio: Option<Ratio>) -> Option<bool> {
         let ratio = ratio?;
         let (lower, upper) = ratio.bounds.unwrap_or((ratio.mean, ratio.mean));
-        match self.bar {
-            Bar::AtLeast(must, _) => Some(lower >= must),
-            Bar::AtMost(must, _) => Some(upper <= must),
-            Bar::Shown => None,
+        match self.target {
+            Target::AtLeast(must, _) => Some(lower >= must),
+            Target::AtMost(must, _) => Some(upper <= must),
+            Target::Shown => None,
         }
     }
 
     /// Some lines.
     pub(crate) fn write(&self, text: &mut String) {
-        let (must, aim) = match self.bar {
-            Bar::AtLeast(must, aim) => (format!("must {must:.2}"), format!(", aim {aim:.2}")),
-            Bar::AtMost(must, aim) => (format!("at most {must:.2}"), format!(", aim {aim:.2}")),
-            Bar::Shown => (String::from("for comparison"), String::new()),
+        let (must, aim) = match self.target {
+            Target::AtLeast(must, aim) => (format!("must {must:.2}"), format!(", aim {aim:.2}")),
+            Target::AtMost(must, aim) => (format!("at most {must:.2}"), format!(", aim {aim:.2}")),
+            Target::Shown => (String::from("for comparison"), String::new()),
         };
-        let counted: Vec<&Found> = self.found.iter().filter(|found| COUNTED.contains(&found.case.as_str())).collect();
+        let counted: Vec<&CaseRatio> =
+            self.found.iter().filter(|found| COUNTED.contains(&found.case.as_str())).collect();
         let mean = if self.alone {
             None
         } else {
@@ -74,14 +75,14 @@ impl Verdict {
         } else {
             self.reached(mean)
         };
-        let verdict = match (reached, self.found.is_empty()) {
+        let outcome = match (reached, self.found.is_empty()) {
             (Some(true), _) => "reached",
             (Some(false), _) => "SHORT",
             (None, true) => "not measured",
             (None, false) => "",
         };
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{} ({must}{aim}) {verdict}", self.what);
+        let _ = writeln!(text, "{} ({must}{aim}) {outcome}", self.what);
         if let Some(mean) = mean {
             let _ = writeln!(
                 text,
@@ -111,33 +112,34 @@ pub(crate) fn show(ratio: Ratio) -> String {
 mod tests {
     use super::*;
 
-    fn verdict(bar: Bar, ratios: [f64; 3], alone: bool) -> String {
+    fn goal(target: Target, ratios: [f64; 3], alone: bool) -> String {
         let cases = ["race", "kitchen_country", "other"];
-        let found = |(case, ratio): (&str, f64)| Found {
+        let found = |(case, ratio): (&str, f64)| CaseRatio {
             case: case.to_owned(),
             note: "of somebody".to_owned(),
             logs: Logs::of_processes([ratio * 0.999, ratio, ratio * 1.001]),
         };
         let found = cases.into_iter().zip(ratios).map(found).collect();
         let mut text = String::new();
-        Verdict { what: "rays".into(), bar, found, alone }.write(&mut text);
+        Goal { what: "rays".into(), target, found, alone }.write(&mut text);
         text
     }
 
     #[test]
     fn the_mean_over_counted_cases_decides_and_others_are_shown() {
-        let text = verdict(Bar::AtLeast(1.1, 1.3), [1.0, 1.44, 0.1], false);
+        let text = goal(Target::AtLeast(1.1, 1.3), [1.0, 1.44, 0.1], false);
         assert!(text.contains("reached") && text.contains("1.20x") && text.contains("(not counted)"), "{text}");
-        assert!(verdict(Bar::AtLeast(1.1, 1.3), [1.0, 1.2, 9.0], false).contains("SHORT"));
-        assert!(verdict(Bar::AtLeast(1.1, 1.3), [1.2, 1.2, 1.0], true).contains("SHORT"));
-        assert!(verdict(Bar::AtMost(1.3, 1.1), [1.2, 1.2, 9.0], false).contains("reached"));
+        assert!(goal(Target::AtLeast(1.1, 1.3), [1.0, 1.2, 9.0], false).contains("SHORT"));
+        assert!(goal(Target::AtLeast(1.1, 1.3), [1.2, 1.2, 1.0], true).contains("SHORT"));
+        assert!(goal(Target::AtMost(1.3, 1.1), [1.2, 1.2, 9.0], false).contains("reached"));
     }
 
     #[test]
     fn the_bound_counts_and_not_the_mean() {
-        let found = vec![Found { case: "race".into(), note: String::new(), logs: Logs::of_processes([1.0, 1.1, 1.3]) }];
+        let found =
+            vec![CaseRatio { case: "race".into(), note: String::new(), logs: Logs::of_processes([1.0, 1.1, 1.3]) }];
         let mut text = String::new();
-        Verdict { what: "rays".into(), bar: Bar::AtLeast(1.1, 1.3), found, alone: false }.write(&mut text);
+        Goal { what: "rays".into(), target: Target::AtLeast(1.1, 1.3), found, alone: false }.write(&mut text);
         assert!(text.contains("SHORT") && text.contains("1.13x"), "{text}");
     }
 }
