@@ -24,9 +24,9 @@ impl Spread {
 
 /// Logarithms of a ratio, by process and by round. What was measured in the same round of the same process is a pair.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Logs(Vec<Vec<f64>>);
+pub(crate) struct LogRatios(Vec<Vec<f64>>);
 
-impl Logs {
+impl LogRatios {
     /// How many times faster the one with the times `ours` is than the one with the times `others`, pair by pair.
     pub(crate) fn of_times(ours: &[Vec<f64>], others: &[Vec<f64>]) -> Self {
         let process = |(ours, others): (&Vec<f64>, &Vec<f64>)| {
@@ -117,7 +117,7 @@ mod tests {
     fn a_drifting_clock_does_not_touch_a_paired_ratio() {
         let others: Vec<f64> = (1..10).map(f64::from).collect();
         let ours: Vec<f64> = others.iter().map(|time| time / 1.5).collect();
-        let ratio = Logs::of_times(&[ours], &[others]).ratio().unwrap();
+        let ratio = LogRatios::of_times(&[ours], &[others]).ratio().unwrap();
         let (lower, upper) = ratio.bounds.unwrap();
         assert!([ratio.mean, lower, upper].iter().all(|x| (x - 1.5).abs() < 1e-9), "{ratio:?}");
     }
@@ -125,31 +125,31 @@ mod tests {
     #[test]
     fn noise_widens_the_bounds_and_leaves_the_mean() {
         let others = [1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 1.0, 2.0];
-        let ratio = Logs::of_times(&[vec![1.0; 8]], &[others.to_vec()]).ratio().unwrap();
+        let ratio = LogRatios::of_times(&[vec![1.0; 8]], &[others.to_vec()]).ratio().unwrap();
         let (lower, upper) = ratio.bounds.unwrap();
         assert!((ratio.mean - 2.0_f64.sqrt()).abs() < 1e-9);
         // 1.895 deviations of 0.1310, which is the standard error of the logarithms.
         assert!((lower - 2.0_f64.sqrt() * (-0.2482_f64).exp()).abs() < 1e-3, "{lower}");
         assert!((lower * upper - 2.0).abs() < 1e-9);
-        assert_eq!(Logs::of_times(&[], &[]).ratio(), None);
+        assert_eq!(LogRatios::of_times(&[], &[]).ratio(), None);
     }
 
     #[test]
     fn what_differs_between_processes_is_not_averaged_away_by_many_rounds() {
         let ours = vec![vec![1.0; 100]; 3];
         let others = vec![vec![1.0; 100], vec![1.1; 100], vec![1.2; 100]];
-        let (lower, upper) = Logs::of_times(&ours, &others).ratio().unwrap().bounds.unwrap();
+        let (lower, upper) = LogRatios::of_times(&ours, &others).ratio().unwrap().bounds.unwrap();
         assert!(lower < 1.0 && upper > 1.2, "{lower} {upper}");
-        assert_eq!(Logs::of_processes([2.0]).ratio().unwrap().bounds, None);
+        assert_eq!(LogRatios::of_processes([2.0]).ratio().unwrap().bounds, None);
     }
 
     #[test]
     fn doubling_and_halving_cancel() {
-        let [double, half] = [2.0, 0.5].map(|ratio| Logs::of_processes([ratio, ratio, ratio]));
-        assert!((Logs::mean_of(&[&double, &half]).ratio().unwrap().mean - 1.0).abs() < 1e-12);
-        let [double, half] = [2.0, 0.5].map(|ratio| Logs::of_times(&[vec![1.0, 1.0]], &[vec![ratio, ratio]]));
-        assert!((Logs::mean_of(&[&double, &half]).ratio().unwrap().mean - 1.0).abs() < 1e-12);
-        assert_eq!(Logs::mean_of(&[]).ratio(), None);
+        let [double, half] = [2.0, 0.5].map(|ratio| LogRatios::of_processes([ratio, ratio, ratio]));
+        assert!((LogRatios::mean_of(&[&double, &half]).ratio().unwrap().mean - 1.0).abs() < 1e-12);
+        let [double, half] = [2.0, 0.5].map(|ratio| LogRatios::of_times(&[vec![1.0, 1.0]], &[vec![ratio, ratio]]));
+        assert!((LogRatios::mean_of(&[&double, &half]).ratio().unwrap().mean - 1.0).abs() < 1e-12);
+        assert_eq!(LogRatios::mean_of(&[]).ratio(), None);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::goal::CaseRatio;
 use super::{GROWTH, Metric, Record, Row};
 use crate::engine::Mode;
-use crate::measure::statistics::{Logs, Spread};
+use crate::measure::statistics::{LogRatios, Spread};
 use crate::rays::Kind;
 
 /// The rays that stand for what a picture needs.
@@ -49,8 +49,10 @@ impl Record {
     }
 
     /// How much faster rays get through one tree than through another, over the mix.
-    pub(super) fn traced(&self, case: &str, ours: &str, rival: &str) -> Option<Logs> {
-        Some(Logs::of_processes(both(&self.mixed(case, rival)?, &self.mixed(case, ours)?, |rival, ours| rival / ours)))
+    pub(super) fn traced(&self, case: &str, ours: &str, rival: &str) -> Option<LogRatios> {
+        Some(LogRatios::of_processes(both(&self.mixed(case, rival)?, &self.mixed(case, ours)?, |rival, ours| {
+            rival / ours
+        })))
     }
 
     /// How many times faster several threads are than one, by the wall, for each process.
@@ -73,8 +75,8 @@ impl Record {
             let (ours, others) = (of(case, ours)?, of(case, rival)?);
             let middle = |numbers: &[f64]| Spread::of(numbers.iter().copied()).map_or(0.0, |spread| spread.median);
             let note = format!("{:.2} from 1 to {most} threads, {rival} {:.2}", middle(&ours), middle(&others));
-            let logs = Logs::of_processes(both(&ours, &others, |ours, rival| ours / rival));
-            Some(CaseRatio { case: case.clone(), note, logs })
+            let log_ratios = LogRatios::of_processes(both(&ours, &others, |ours, rival| ours / rival));
+            Some(CaseRatio { case: case.clone(), note, log_ratios })
         };
         self.cases().iter().filter_map(find).collect()
     }
@@ -101,8 +103,8 @@ impl Record {
                 }
             }
             let ((_, name, ours), (_, other, rival)) = (best.get(&true)?, best.get(&false)?);
-            let logs = Logs::of_processes(both(rival, ours, |rival, ours| rival / ours));
-            Some(CaseRatio { case: case.clone(), note: format!("{name} over {other}"), logs })
+            let log_ratios = LogRatios::of_processes(both(rival, ours, |rival, ours| rival / ours));
+            Some(CaseRatio { case: case.clone(), note: format!("{name} over {other}"), log_ratios })
         };
         self.cases().iter().filter_map(find).collect()
     }
@@ -127,7 +129,11 @@ impl Record {
         };
         let numbers: Vec<String> = series.iter().map(per_triangle).collect();
         let note = format!("{} ns per triangle, from {} to {} triangles", numbers.join(" / "), first.0, last.0);
-        (series.len() > 1).then(|| CaseRatio { case: engine.to_owned(), note, logs: Logs::of_processes(grown) })
+        (series.len() > 1).then(|| CaseRatio {
+            case: engine.to_owned(),
+            note,
+            log_ratios: LogRatios::of_processes(grown),
+        })
     }
 
     /// All that were measured, in order.
@@ -175,7 +181,7 @@ mod tests {
             record.rows.push(built(&case, "kinetree fast", time));
         }
         let growth = record.growth("kinetree fast").unwrap();
-        assert!((growth.logs.ratio().unwrap().mean - 1.0).abs() < 1e-9, "{}", growth.note);
+        assert!((growth.log_ratios.ratio().unwrap().mean - 1.0).abs() < 1e-9, "{}", growth.note);
         assert!(record.growth("other").is_none());
     }
 
@@ -194,7 +200,7 @@ mod tests {
         for (each, ours, ratio) in [(1.0, "kinetree fastest", 6.0 / 5.0), (10.0, "kinetree best", 33.0 / 20.0)] {
             let found = &record.images(each, true)[0];
             assert!(found.note.starts_with(ours) && found.note.ends_with("embree"), "{}", found.note);
-            assert!((found.logs.ratio().unwrap().mean - ratio).abs() < 1e-9);
+            assert!((found.log_ratios.ratio().unwrap().mean - ratio).abs() < 1e-9);
         }
         assert!(record.images(1.0, false).is_empty());
     }
@@ -208,6 +214,6 @@ mod tests {
             record.rows.push(Row { threads, ..built("race", engine, seconds) });
         }
         let found = &record.scalings(None, ("kinetree", "embree"))[0];
-        assert!((found.logs.ratio().unwrap().mean - 2.0 / 1.5).abs() < 1e-9, "{}", found.note);
+        assert!((found.log_ratios.ratio().unwrap().mean - 2.0 / 1.5).abs() < 1e-9, "{}", found.note);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::measure::statistics::{Logs, Ratio};
+use crate::measure::statistics::{LogRatios, Ratio};
 
 /// The cases whose geometric mean counts.
 pub(crate) const COUNTED: [&str; 5] =
@@ -27,7 +27,7 @@ pub(crate) struct CaseRatio {
     /// Which engine of others is meant, and what else there is to say.
     pub(crate) note: String,
     /// The ratio.
-    pub(crate) logs: Logs,
+    pub(crate) log_ratios: LogRatios,
 }
 
 /// A goal, and what was found.
@@ -67,10 +67,10 @@ impl Goal {
         let mean = if self.alone {
             None
         } else {
-            Logs::mean_of(&counted.iter().map(|found| &found.logs).collect::<Vec<_>>()).ratio()
+            LogRatios::mean_of(&counted.iter().map(|found| &found.log_ratios).collect::<Vec<_>>()).ratio()
         };
         let reached = if self.alone {
-            let all: Vec<bool> = self.found.iter().filter_map(|found| self.reached(found.logs.ratio())).collect();
+            let all: Vec<bool> = self.found.iter().filter_map(|found| self.reached(found.log_ratios.ratio())).collect();
             (!all.is_empty()).then(|| all.iter().all(|reached| *reached))
         } else {
             self.reached(mean)
@@ -95,7 +95,7 @@ impl Goal {
         }
         for found in &self.found {
             let counts = self.alone || COUNTED.contains(&found.case.as_str());
-            let Some(ratio) = found.logs.ratio() else { continue };
+            let Some(ratio) = found.log_ratios.ratio() else { continue };
             let aside = if counts { "" } else { "  (not counted)" };
             let _ = writeln!(text, "    {:<22} {}  {}{aside}", found.case, show(ratio), found.note);
         }
@@ -117,7 +117,7 @@ mod tests {
         let found = |(case, ratio): (&str, f64)| CaseRatio {
             case: case.to_owned(),
             note: "of somebody".to_owned(),
-            logs: Logs::of_processes([ratio * 0.999, ratio, ratio * 1.001]),
+            log_ratios: LogRatios::of_processes([ratio * 0.999, ratio, ratio * 1.001]),
         };
         let found = cases.into_iter().zip(ratios).map(found).collect();
         let mut text = String::new();
@@ -136,8 +136,11 @@ mod tests {
 
     #[test]
     fn the_bound_counts_and_not_the_mean() {
-        let found =
-            vec![CaseRatio { case: "race".into(), note: String::new(), logs: Logs::of_processes([1.0, 1.1, 1.3]) }];
+        let found = vec![CaseRatio {
+            case: "race".into(),
+            note: String::new(),
+            log_ratios: LogRatios::of_processes([1.0, 1.1, 1.3]),
+        }];
         let mut text = String::new();
         Goal { what: "rays".into(), target: Target::AtLeast(1.1, 1.3), found, alone: false }.write(&mut text);
         assert!(text.contains("SHORT") && text.contains("1.13x"), "{text}");

@@ -4,7 +4,7 @@ use super::derived::base;
 use super::goal::{CaseRatio, Goal, Target};
 use super::{Metric, Record, Row};
 use crate::engine::{Class, Mode};
-use crate::measure::statistics::Logs;
+use crate::measure::statistics::LogRatios;
 use crate::rays::Kind;
 
 /// Whose trees are compared: ours, and those of Embree and tinybvh that are their like.
@@ -46,8 +46,8 @@ impl Record {
             let differ = best.differ.filter(|differ| differ.elsewhere > 0);
             let differ =
                 differ.map_or_else(String::new, |differ| format!(", which gives {} wrong answers", differ.elsewhere));
-            let logs = Logs::of_times(&row.times, &best.times);
-            Some(CaseRatio { case: row.case.clone(), note: format!("of {}{differ}", best.engine), logs })
+            let log_ratios = LogRatios::of_times(&row.times, &best.times);
+            Some(CaseRatio { case: row.case.clone(), note: format!("of {}{differ}", best.engine), log_ratios })
         };
         let growth = |row: &&Row| row.case.starts_with(super::GROWTH);
         self.rows.iter().filter(|row| !growth(row) && row.is_kinetree() && ours(row)).filter_map(find).collect()
@@ -157,7 +157,7 @@ fn thin(record: &Record, all: &mut Vec<Goal>) {
 
 /// What a found pair of builds is worth: how fast rays are in the trees that come out, and what the trees cost.
 fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>, String) {
-    let traced = record.traced(case, ours, rival).and_then(|logs| logs.ratio()).map(|ratio| ratio.mean);
+    let traced = record.traced(case, ours, rival).and_then(|log_ratios| log_ratios.ratio()).map(|ratio| ratio.mean);
     let cost =
         |engine: &str| record.tree(case, base(engine)).filter(|tree| !tree.is_binary()).and_then(|tree| tree.cost);
     let shown = traced.map_or_else(|| "-".to_owned(), |traced| format!("{traced:.2}x"));
@@ -247,7 +247,11 @@ fn rest(record: &Record, all: &mut Vec<Goal>) {
     let bytes = |tree: &super::TreeNote| {
         let each = tree.bytes as f64 / tree.triangles.max(1) as f64;
         let ours = tree.engine == "kinetree fast" && !tree.case.starts_with(super::GROWTH);
-        ours.then(|| CaseRatio { case: tree.case.clone(), note: "bytes".into(), logs: Logs::of_processes([each]) })
+        ours.then(|| CaseRatio {
+            case: tree.case.clone(),
+            note: "bytes".into(),
+            log_ratios: LogRatios::of_processes([each]),
+        })
     };
     let found = record.trees.iter().filter_map(bytes).collect();
     add("bytes per triangle of the Fast tree, leaves included".into(), Target::AtMost(75.0, 66.0), found, true);

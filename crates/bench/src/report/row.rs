@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{Class, Mode};
 use crate::measure::clock::Elapsed;
-use crate::measure::statistics::{Logs, Spread};
+use crate::measure::statistics::{LogRatios, Spread};
 use crate::rays::Kind;
 
 /// What was measured.
@@ -221,7 +221,7 @@ impl Row {
     }
 
     /// How it does against the fastest of those that `who` picks among comparable engines of others: its row, and the paired ratio.
-    pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, Logs)> {
+    pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, LogRatios)> {
         let others = rows.iter().filter(|row| {
             !row.is_kinetree()
                 && !row.times.is_empty()
@@ -229,7 +229,7 @@ impl Row {
                 && who(row)
         });
         let best = others.min_by(|a, b| a.seconds().total_cmp(&b.seconds()))?;
-        Some((best, Logs::of_times(&self.times, &best.times)))
+        Some((best, LogRatios::of_times(&self.times, &best.times)))
     }
 }
 
@@ -300,8 +300,8 @@ mod tests {
             example("slow", Class::Fast, true, &[9.0]),
         ];
         let against = |who: &dyn Fn(&Row) -> bool| {
-            let (best, logs) = ours.against(&rows, who).unwrap();
-            (best.engine.as_str(), logs.ratio().unwrap().mean)
+            let (best, log_ratios) = ours.against(&rows, who).unwrap();
+            (best.engine.as_str(), log_ratios.ratio().unwrap().mean)
         };
         let (name, ratio) = against(&|_| true);
         assert!(name == "embree medium" && (ratio - 1.5).abs() < 1e-9);

@@ -57,7 +57,9 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
         let like = row.against(rows, |other| row.is_rival(other));
         let best = row.against(rows, |_| true);
         for (other, which) in [(like, "like"), (best, "best")] {
-            if let Some((name, ratio)) = other.and_then(|(other, logs)| Some((&other.engine, logs.ratio()?))) {
+            if let Some((name, ratio)) =
+                other.and_then(|(other, log_ratios)| Some((&other.engine, log_ratios.ratio()?)))
+            {
                 let _ = write!(text, " {} of {name} ({which})", show(ratio));
             }
         }
