@@ -205,8 +205,9 @@ impl Batch for Traced {
     }
 
     fn closest(&self, rays: &[Ray], answers: &mut [Answer], coherence: Coherence) {
-        ROOM.with_borrow_mut(|Room { block, hits }| {
-            for (rays, answers) in rays.chunks(together(coherence)).zip(answers.chunks_mut(together(coherence))) {
+        BUFFERS.with_borrow_mut(|BatchBuffers { block, hits }| {
+            for (rays, answers) in rays.chunks(block_length(coherence)).zip(answers.chunks_mut(block_length(coherence)))
+            {
                 block.clear();
                 block.extend(rays.iter().map(engine_ray));
                 hits.resize(rays.len(), None);
@@ -217,8 +218,9 @@ impl Batch for Traced {
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence) {
-        ROOM.with_borrow_mut(|Room { block, .. }| {
-            for (rays, answers) in rays.chunks(together(coherence)).zip(answers.chunks_mut(together(coherence))) {
+        BUFFERS.with_borrow_mut(|BatchBuffers { block, .. }| {
+            for (rays, answers) in rays.chunks(block_length(coherence)).zip(answers.chunks_mut(block_length(coherence)))
+            {
                 block.clear();
                 block.extend(rays.iter().map(engine_ray));
                 self.view.occluded_each(block, answers, coherence);
@@ -229,17 +231,17 @@ impl Batch for Traced {
 
 /// Rays and hits in our form. A thread keeps the room from batch to batch, as a renderer does.
 #[derive(Default)]
-struct Room {
+struct BatchBuffers {
     block: Vec<kinetree::Ray>,
     hits: Vec<Option<Hit>>,
 }
 
 thread_local! {
-    static ROOM: RefCell<Room> = RefCell::default();
+    static BUFFERS: RefCell<BatchBuffers> = RefCell::default();
 }
 
 /// How many rays are brought into our form at a time: as others do, no more than caches hold, unless they are to be sorted.
-fn together(coherence: Coherence) -> usize {
+fn block_length(coherence: Coherence) -> usize {
     if coherence == Coherence::Incoherent { BLOCK } else { 1024 }
 }
 
