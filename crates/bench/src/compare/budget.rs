@@ -26,14 +26,14 @@ impl Budget {
     }
 
     /// An engine has built so many triangles in so many seconds.
-    pub(crate) fn learn(&mut self, engine: &str, triangles: usize, seconds: f64) {
+    pub(crate) fn record_build(&mut self, engine: &str, triangles: usize, seconds: f64) {
         let each = seconds / triangles.max(1) as f64;
         let (least, most) = self.pace.entry(engine.to_owned()).or_insert((each, each));
         (*least, *most) = (least.min(each), most.max(each));
     }
 
     /// How long a build is going to take, seconds, halfway between what it took at best and at worst; nothing, where nothing is known.
-    pub(crate) fn expects(&self, engine: &str, triangles: usize) -> f64 {
+    pub(crate) fn expected_seconds(&self, engine: &str, triangles: usize) -> f64 {
         self.pace.get(engine).map_or(0.0, |(least, most)| (least * most).sqrt() * triangles as f64)
     }
 }
@@ -43,14 +43,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_is_shared_by_weight_and_builds_are_foreseen() {
+    fn time_is_shared_by_weight_and_builds_are_predicted() {
         let mut budget = Budget::new(true);
         let (third, all) = (budget.share(1.0, 3.0), budget.share(3.0, 3.0));
         assert!((84.0..=85.0).contains(&third) && (254.0..=255.0).contains(&all), "{third} {all}");
         assert_eq!(Budget::new(false).share(1.0, 9.0), f64::INFINITY);
-        budget.learn("slow", 1000, 2.0);
-        budget.learn("slow", 1000, 0.5);
-        budget.learn("slow", 1000, 1.0);
-        assert_eq!((budget.expects("slow", 3000), budget.expects("other", 3000)), (3.0, 0.0));
+        budget.record_build("slow", 1000, 2.0);
+        budget.record_build("slow", 1000, 0.5);
+        budget.record_build("slow", 1000, 1.0);
+        assert_eq!((budget.expected_seconds("slow", 3000), budget.expected_seconds("other", 3000)), (3.0, 0.0));
     }
 }

@@ -29,14 +29,14 @@ pub(crate) fn run(
         let pool = ThreadPool::new(threads)?;
         // On all threads, only those whose scaling is compared.
         let scales = |name: &str| name.starts_with("kinetree") || name.starts_with("embree");
-        let mut foreseen = 0.0;
+        let mut predicted = 0.0;
         let mut chosen: Vec<&dyn Engine> = Vec::new();
         let wanted = engines.iter().copied().filter(|engine| !engine.shares_builds());
         for engine in wanted.filter(|engine| threads == 1 || scales(engine.name())) {
-            foreseen += budget.expects(&alone(engine.name()), soup.len());
-            if foreseen > seconds {
+            predicted += budget.expected_seconds(&build_only_key(engine.name()), soup.len());
+            if predicted > seconds {
                 log.say(&format!("  the build of {} is not timed: there is no time for it", engine.name()));
-                foreseen -= budget.expects(&alone(engine.name()), soup.len());
+                predicted -= budget.expected_seconds(&build_only_key(engine.name()), soup.len());
             } else {
                 chosen.push(engine);
             }
@@ -49,7 +49,7 @@ pub(crate) fn run(
             let rounds = Rounds { seconds: seconds / 3.0, ..plan.builds };
             let times = in_turn(alike.len(), rounds, |at| build(ready[at].as_mut()?, &pool));
             for (engine, times) in alike.iter().zip(times) {
-                rows.extend(timed(case, *engine, Metric::Build, threads, &times));
+                rows.extend(time_row(case, *engine, Metric::Build, threads, &times));
             }
         }
     }
@@ -57,7 +57,7 @@ pub(crate) fn run(
 }
 
 /// What the budget knows an engine's build by, without what comes before and after it.
-pub(crate) fn alone(engine: &str) -> String {
+pub(crate) fn build_only_key(engine: &str) -> String {
     format!("{engine}, the build alone")
 }
 
@@ -73,12 +73,18 @@ fn build(ready: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed> {
 }
 
 /// A row of milliseconds: processor time for one thread, wall time for several.
-pub(crate) fn timed(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, times: &[Elapsed]) -> Option<Row> {
+pub(crate) fn time_row(
+    case: &str,
+    engine: &dyn Engine,
+    metric: Metric,
+    threads: usize,
+    times: &[Elapsed],
+) -> Option<Row> {
     row(case, engine, metric, threads, Unit::Time).with_times(times)
 }
 
 /// Rows about memory: what the finished tree holds, and the most at a time.
-pub(crate) fn weighed(case: &str, engine: &dyn Engine, tree: &dyn Tree, held: Held, soup: &Soup) -> Vec<Row> {
+pub(crate) fn memory_rows(case: &str, engine: &dyn Engine, tree: &dyn Tree, held: Held, soup: &Soup) -> Vec<Row> {
     let facts = tree.facts();
     let number = |metric, bytes: usize| {
         let each = bytes as f64 / soup.len().max(1) as f64;

@@ -207,11 +207,14 @@ fn collect_answers(
             all.push(DisputedAnswers { set: at, batch, disputes: disputes(&expected[at], given) });
             Ok::<(), String>(())
         };
-        add(None, answers(set, |answers| tree.closest(&set.rays, answers), |seen| tree.occluded(&set.rays, seen)))?;
+        add(
+            None,
+            answers(set, |answers| tree.closest(&set.rays, answers), |blocked| tree.occluded(&set.rays, blocked)),
+        )?;
         let Some(coherence) = set.kind.batch() else { continue };
         for batch in tree.batches().into_iter().filter(|batch: &&dyn Batch| batch.suits(coherence)) {
             let closest = |answers: &mut [Answer]| batch.closest(&set.rays, answers, coherence);
-            let occluded = |seen: &mut [bool]| batch.occluded(&set.rays, seen, coherence);
+            let occluded = |blocked: &mut [bool]| batch.occluded(&set.rays, blocked, coherence);
             add(Some(batch.suffix()), answers(set, closest, occluded))?;
         }
     }
@@ -227,9 +230,9 @@ fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut
             answers.into_iter().map(EngineAnswer::Nearest).collect()
         }
         Question::Occluded => {
-            let mut seen = vec![false; set.rays.len()];
-            occluded(&mut seen);
-            seen.into_iter().map(EngineAnswer::Occluded).collect()
+            let mut blocked = vec![false; set.rays.len()];
+            occluded(&mut blocked);
+            blocked.into_iter().map(EngineAnswer::Occluded).collect()
         }
     };
     guarded(|| Ok(ask())).ok()
@@ -252,7 +255,7 @@ fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) 
         };
         let given = match given {
             EngineAnswer::Nearest(answer) => place(answer),
-            EngineAnswer::Occluded(seen) => (if seen { "somewhere" } else { "nowhere" }).to_owned(),
+            EngineAnswer::Occluded(blocked) => (if blocked { "somewhere" } else { "nowhere" }).to_owned(),
         };
         text += &format!("; ray {ray}, {:?}, ends at {}, not {given}", set.rays[ray], place(expected));
     }
@@ -289,7 +292,7 @@ mod tests {
         let budget = (&mut Budget::new(false), f64::INFINITY);
         let mut lineup = lineup::build("small", &engines, &scenery.soup, budget, &mut log, &mut record).unwrap();
         assert_eq!(lineup.len(), engines.len());
-        let checked = check(&case, &Plan::least(), &scenery.soup, &reference, &sets, &mut lineup, &mut log);
+        let checked = check(&case, &Plan::minimal(), &scenery.soup, &reference, &sets, &mut lineup, &mut log);
         assert!(!checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert_eq!(lineup.len(), engines.len());
         let embree_costs = record.trees.iter().filter(|tree| tree.engine.starts_with("embree") && tree.cost.is_some());
@@ -305,8 +308,8 @@ mod tests {
             answers.fill(Answer::MISS);
         }
 
-        fn occluded(&self, _: &[Ray], seen: &mut [bool]) {
-            seen.fill(false);
+        fn occluded(&self, _: &[Ray], blocked: &mut [bool]) {
+            blocked.fill(false);
         }
     }
 
@@ -329,7 +332,7 @@ mod tests {
         let mut lineup = lineup::build("small", &right, &scenery.soup, budget, &mut log, &mut record).unwrap();
         lineup[0].name = "a rival".into();
         let mut checked = Checked::default();
-        compare_engines(&Plan::least(), &scenery.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
+        compare_engines(&Plan::minimal(), &scenery.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
         assert!(checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert!(checked.disagreements.values().all(|differ| differ.all == 0));
     }
@@ -348,7 +351,7 @@ mod tests {
                 tree: Box::new(Blind),
             };
             let mut lineup = vec![built];
-            let plan = Plan::least();
+            let plan = Plan::minimal();
             let checked = check(case, &plan, &scenery.soup, &reference, &sets, &mut lineup, &mut Log::default());
             assert_eq!(lineup.len(), 1);
             checked

@@ -39,11 +39,11 @@ pub(crate) fn is_possible(
     log: &mut Log,
 ) -> bool {
     let core = engines.iter().filter(|engine| is_core(engine.name()));
-    let foreseen: f64 = core.map(|engine| budget.expects(engine.name(), triangles)).sum();
-    if foreseen > seconds {
+    let predicted: f64 = core.map(|engine| budget.expected_seconds(engine.name(), triangles)).sum();
+    if predicted > seconds {
         log.say(&format!("  {case} is left out: there is no time for it"));
     }
-    foreseen <= seconds
+    predicted <= seconds
 }
 
 /// The most triangles of trees that are built once more only to be told their cost, in a hurry.
@@ -64,7 +64,7 @@ pub(crate) fn build(
     let mut lineup = Vec::new();
     for engine in engines {
         let name = engine.name().to_owned();
-        if !is_core(&name) && all.read().wall + budget.expects(&name, soup.len()) > seconds {
+        if !is_core(&name) && all.read().wall + budget.expected_seconds(&name, soup.len()) > seconds {
             log.say(&format!("  {name} is left out: there is no time for its build"));
             continue;
         }
@@ -74,17 +74,17 @@ pub(crate) fn build(
             ready.renew(&pool)?;
             let watch = Stopwatch::start(ClockScope::Process);
             let (tree, held) = memory::count(|| ready.build(&pool));
-            let (tree, seconds_alone) = (tree?, watch.read().wall);
+            let (tree, build_seconds) = (tree?, watch.read().wall);
             let is_cost_measured =
                 (seconds.is_infinite() || soup.len() <= MAX_TRIANGLES_FOR_COST) && !engine.shares_builds();
             let facts = tree.facts();
             let cost = facts.cost.or_else(|| if is_cost_measured { ready.measure_cost(&pool) } else { None });
-            Ok((tree, held, cost, seconds_alone))
+            Ok((tree, held, cost, build_seconds))
         });
-        budget.learn(&name, soup.len(), watch.read().wall);
+        budget.record_build(&name, soup.len(), watch.read().wall);
         match built {
-            Ok((tree, held, cost, seconds_alone)) => {
-                budget.learn(&builds::alone(&name), soup.len(), seconds_alone);
+            Ok((tree, held, cost, build_seconds)) => {
+                budget.record_build(&builds::build_only_key(&name), soup.len(), build_seconds);
                 let note = TreeNote {
                     case: case.to_owned(),
                     engine: name.clone(),
@@ -96,7 +96,7 @@ pub(crate) fn build(
                 log.say(&format!("  {}", note.sentence()));
                 record.trees.push(note);
                 if !engine.shares_builds() {
-                    record.rows.extend(builds::weighed(case, *engine, &*tree, held, soup));
+                    record.rows.extend(builds::memory_rows(case, *engine, &*tree, held, soup));
                 }
                 let (instructions, class, robust) =
                     (engine.instructions().to_owned(), engine.class(), engine.is_robust());

@@ -112,7 +112,7 @@ impl Plan {
     }
 
     #[cfg(test)]
-    fn least() -> Self {
+    fn minimal() -> Self {
         let rounds = Rounds { full: 1, behind: 1, seconds: f64::INFINITY, warm_up: false };
         Self { quick: true, first: true, rounds, builds: rounds, threads: 1 }
     }

@@ -1,6 +1,6 @@
 //! Refits: vertices sway, trees follow.
 
-use super::builds::timed;
+use super::builds::time_row;
 use super::lineup::guarded;
 use super::{Log, Plan};
 use crate::Failure;
@@ -28,21 +28,21 @@ pub(crate) fn run(
     let soups = [(case.to_owned(), Some(soup)), (format!("{case}{UNINDEXED}"), unindexed.as_ref())];
     for (name, soup) in soups.into_iter().filter_map(|(name, soup)| Some((name, soup?))) {
         let pool = ThreadPool::new(1)?;
-        let mut following: Vec<(&dyn Engine, Box<dyn Refit>)> = Vec::new();
+        let mut refitters: Vec<(&dyn Engine, Box<dyn Refit>)> = Vec::new();
         for engine in engines {
             match guarded(|| engine.refitter(soup, &pool)) {
-                Ok(Some(refit)) => following.push((*engine, refit)),
+                Ok(Some(refit)) => refitters.push((*engine, refit)),
                 Ok(None) => {}
                 Err(failure) => log.say(&format!("  {} cannot refit: {failure}", engine.name())),
             }
         }
         let places = [sway(soup, 1.0), sway(soup, -1.0)];
-        let mut turns = vec![0_usize; following.len()];
+        let mut turns = vec![0_usize; refitters.len()];
         let mut failures = Vec::new();
-        let times = in_turn(following.len(), Rounds { seconds, ..plan.builds }, |at| {
+        let times = in_turn(refitters.len(), Rounds { seconds, ..plan.builds }, |at| {
             let positions = &places[turns[at] % 2];
             turns[at] += 1;
-            let (engine, refit) = &mut following[at];
+            let (engine, refit) = &mut refitters[at];
             let _pinned = Pinned::all_to(0);
             let watch = Stopwatch::start(ClockScope::Process);
             let done = guarded(|| refit.refit(positions));
@@ -54,8 +54,8 @@ pub(crate) fn run(
             Some(elapsed)
         });
         failures.iter().for_each(|failure| log.say(failure));
-        for ((engine, _), times) in following.iter().zip(times) {
-            rows.extend(timed(&name, *engine, Metric::Refit, 1, &times));
+        for ((engine, _), times) in refitters.iter().zip(times) {
+            rows.extend(time_row(&name, *engine, Metric::Refit, 1, &times));
         }
     }
     Ok(())

@@ -19,7 +19,7 @@ use crate::rays::{Kind, Question, RaySet};
 use crate::report::{Metric, PerRay, Row, Unit};
 
 /// Rays that a thread takes at a time when several work: whole tiles.
-const PIECE: usize = 1024;
+const CHUNK: usize = 1024;
 
 /// Times every entrant on every set.
 pub(crate) fn run(
@@ -41,9 +41,9 @@ pub(crate) fn run(
         let mut threads = vec![1];
         threads.extend((plan.threads > 1 && scales(set.kind, plan.quick)).then_some(plan.threads));
         for threads in threads {
-            let mut room = Room::of(set.rays.len());
+            let mut buffers = AnswerBuffers::of(set.rays.len());
             let rounds = Rounds { seconds, ..plan.rounds };
-            let times = in_turn(contenders.len(), rounds, |at| Some(contenders[at].time(set, threads, &mut room)));
+            let times = in_turn(contenders.len(), rounds, |at| Some(contenders[at].time(set, threads, &mut buffers)));
             for (contender, times) in contenders.iter().zip(times) {
                 let row = contender.row(case, set, threads);
                 let single = contender.batch.is_none();
@@ -99,14 +99,14 @@ fn contenders<'a>(set: &RaySet, lineup: &'a [BuiltEngine]) -> Vec<Contender<'a>>
 }
 
 /// Where answers go.
-struct Room {
+struct AnswerBuffers {
     answers: Vec<Answer>,
-    seen: Vec<bool>,
+    blocked: Vec<bool>,
 }
 
-impl Room {
+impl AnswerBuffers {
     fn of(rays: usize) -> Self {
-        Self { answers: vec![Answer::MISS; rays], seen: vec![false; rays] }
+        Self { answers: vec![Answer::MISS; rays], blocked: vec![false; rays] }
     }
 }
 
@@ -118,33 +118,33 @@ impl Contender<'_> {
         }
     }
 
-    fn occluded(&self, rays: &[Ray], seen: &mut [bool]) {
+    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
         match self.batch {
-            None => self.built.tree.occluded(rays, seen),
-            Some((batch, coherence)) => batch.occluded(rays, seen, coherence),
+            None => self.built.tree.occluded(rays, blocked),
+            Some((batch, coherence)) => batch.occluded(rays, blocked, coherence),
         }
     }
 
-    fn time(&self, set: &RaySet, threads: usize, room: &mut Room) -> Elapsed {
+    fn time(&self, set: &RaySet, threads: usize, buffers: &mut AnswerBuffers) -> Elapsed {
         match (set.kind.question(), threads) {
-            (Question::Closest, 1) => alone(|| self.closest(&set.rays, &mut room.answers)),
-            (Question::Occluded, 1) => alone(|| self.occluded(&set.rays, &mut room.seen)),
+            (Question::Closest, 1) => on_one_core(|| self.closest(&set.rays, &mut buffers.answers)),
+            (Question::Occluded, 1) => on_one_core(|| self.occluded(&set.rays, &mut buffers.blocked)),
             (Question::Closest, _) => {
                 let job = |rays: &[Ray], answers: &mut [Answer]| self.closest(rays, answers);
-                together(threads, self.piece(set, threads), &set.rays, &mut room.answers, &job)
+                on_threads(threads, self.chunk(set, threads), &set.rays, &mut buffers.answers, &job)
             }
             (Question::Occluded, _) => {
-                let job = |rays: &[Ray], seen: &mut [bool]| self.occluded(rays, seen);
-                together(threads, self.piece(set, threads), &set.rays, &mut room.seen, &job)
+                let job = |rays: &[Ray], blocked: &mut [bool]| self.occluded(rays, blocked);
+                on_threads(threads, self.chunk(set, threads), &set.rays, &mut buffers.blocked, &job)
             }
         }
     }
 
     /// How many rays a thread takes at a time: of a batch in an order of the engine's own, its whole share, since the order is what it is about.
-    fn piece(&self, set: &RaySet, threads: usize) -> usize {
+    fn chunk(&self, set: &RaySet, threads: usize) -> usize {
         match self.batch {
             Some((batch, _)) if batch.mode() == Mode::Batch => set.rays.len().div_ceil(threads).next_multiple_of(64),
-            _ => PIECE,
+            _ => CHUNK,
         }
     }
 
@@ -180,7 +180,7 @@ pub(crate) fn named(engine: &str, suffix: &str) -> String {
 }
 
 /// On one core.
-fn alone(job: impl FnOnce()) -> Elapsed {
+fn on_one_core(job: impl FnOnce()) -> Elapsed {
     let _here = Pinned::to(0);
     let watch = Stopwatch::start(ClockScope::Thread);
     job();
@@ -188,25 +188,25 @@ fn alone(job: impl FnOnce()) -> Elapsed {
 }
 
 /// On several threads, each on a core of its own; they take pieces as they come.
-fn together<A: Send>(
+fn on_threads<A: Send>(
     threads: usize,
-    piece: usize,
+    chunk: usize,
     rays: &[Ray],
     answers: &mut [A],
     job: &(impl Fn(&[Ray], &mut [A]) + Sync),
 ) -> Elapsed {
-    let pieces: Vec<Mutex<(&[Ray], &mut [A])>> =
-        rays.chunks(piece).zip(answers.chunks_mut(piece)).map(Mutex::new).collect();
+    let chunks: Vec<Mutex<(&[Ray], &mut [A])>> =
+        rays.chunks(chunk).zip(answers.chunks_mut(chunk)).map(Mutex::new).collect();
     let next = AtomicUsize::new(0);
     let watch = Stopwatch::start(ClockScope::Process);
     std::thread::scope(|scope| {
         for number in 0..threads {
-            let (pieces, next) = (&pieces, &next);
+            let (chunks, next) = (&chunks, &next);
             scope.spawn(move || {
                 let _here = Pinned::to(number);
-                while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let mut piece = piece.lock().expect("each piece is taken once");
-                    let (rays, answers) = &mut *piece;
+                while let Some(chunk) = chunks.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let mut chunk = chunk.lock().expect("each chunk is taken once");
+                    let (rays, answers) = &mut *chunk;
                     job(rays, answers);
                 }
             });
@@ -225,7 +225,7 @@ mod tests {
         let rays: Vec<Ray> = (0..10_000).map(|i| Ray::new(Vec3::splat(i as f32), Vec3::X)).collect();
         for threads in [1, 2, 5] {
             let mut answers = vec![0.0; rays.len()];
-            together(threads, 100, &rays, &mut answers, &|rays, answers: &mut [f32]| {
+            on_threads(threads, 100, &rays, &mut answers, &|rays, answers: &mut [f32]| {
                 rays.iter().zip(answers).for_each(|(ray, answer)| *answer += ray.origin[0] + 1.0);
             });
             assert!(answers.iter().zip(0..).all(|(answer, i)| *answer == i as f32 + 1.0));
