@@ -6,7 +6,7 @@ use super::{Log, Plan, QUICK_TRIANGLES};
 use crate::Failure;
 use crate::engine::{Class, Engine, Prepared, ThreadPool, Tree};
 use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
-use crate::measure::memory::Held;
+use crate::measure::memory::HeapUse;
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
 use crate::report::{Metric, Row, Unit};
@@ -84,15 +84,21 @@ pub(crate) fn time_row(
 }
 
 /// Rows about memory: what the finished tree holds, and the most at a time.
-pub(crate) fn memory_rows(case: &str, engine: &dyn Engine, tree: &dyn Tree, held: Held, soup: &Soup) -> Vec<Row> {
+pub(crate) fn memory_rows(
+    case: &str,
+    engine: &dyn Engine,
+    tree: &dyn Tree,
+    heap_use: HeapUse,
+    soup: &Soup,
+) -> Vec<Row> {
     let facts = tree.facts();
     let number = |metric, bytes: usize| {
         let each = bytes as f64 / soup.len().max(1) as f64;
         Row { median: each, min: each, max: each, ..row(case, engine, metric, 1, Unit::Bytes) }
     };
-    let bytes = facts.bytes.unwrap_or(held.after);
+    let bytes = facts.bytes.unwrap_or(heap_use.after);
     // An engine in another language keeps its own count, or has none: then the allocator of this program has seen nothing.
-    let peak = facts.peak.or((held.peak >= bytes).then_some(held.peak));
+    let peak = facts.peak.or((heap_use.peak >= bytes).then_some(heap_use.peak));
     let mut rows = vec![number(Metric::Memory, bytes)];
     rows.extend(peak.map(|peak| number(Metric::PeakMemory, peak)));
     rows

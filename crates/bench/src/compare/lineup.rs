@@ -73,30 +73,30 @@ pub(crate) fn build(
             let mut ready = engine.prepare(soup)?;
             ready.renew(&pool)?;
             let watch = Stopwatch::start(ClockScope::Process);
-            let (tree, held) = memory::count(|| ready.build(&pool));
+            let (tree, heap_use) = memory::count(|| ready.build(&pool));
             let (tree, build_seconds) = (tree?, watch.read().wall);
             let is_cost_measured =
                 (seconds.is_infinite() || soup.len() <= MAX_TRIANGLES_FOR_COST) && !engine.shares_builds();
             let facts = tree.facts();
             let cost = facts.cost.or_else(|| if is_cost_measured { ready.measure_cost(&pool) } else { None });
-            Ok((tree, held, cost, build_seconds))
+            Ok((tree, heap_use, cost, build_seconds))
         });
         budget.record_build(&name, soup.len(), watch.read().wall);
         match built {
-            Ok((tree, held, cost, build_seconds)) => {
+            Ok((tree, heap_use, cost, build_seconds)) => {
                 budget.record_build(&builds::build_only_key(&name), soup.len(), build_seconds);
                 let note = TreeNote {
                     case: case.to_owned(),
                     engine: name.clone(),
                     triangles: soup.len(),
-                    bytes: tree.facts().bytes.unwrap_or(held.after),
+                    bytes: tree.facts().bytes.unwrap_or(heap_use.after),
                     cost,
                     overlap: tree.facts().overlap,
                 };
                 log.say(&format!("  {}", note.sentence()));
                 record.trees.push(note);
                 if !engine.shares_builds() {
-                    record.rows.extend(builds::memory_rows(case, *engine, &*tree, held, soup));
+                    record.rows.extend(builds::memory_rows(case, *engine, &*tree, heap_use, soup));
                 }
                 let (instructions, class, robust) =
                     (engine.instructions().to_owned(), engine.class(), engine.is_robust());

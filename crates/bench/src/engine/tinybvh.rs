@@ -82,7 +82,7 @@ struct Ready {
 
 impl Prepared for Ready {
     fn build(&mut self, _: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
-        let before = memory::of_c();
+        let before = memory::c_heap_bytes();
         let corners = self.corners.as_slice().into();
         let mut binary = if self.best { bvh::BVH::new_hq(corners) } else { bvh::BVH::new(corners) }.map_err(failure)?;
         binary.split_leaves(4);
@@ -92,7 +92,7 @@ impl Prepared for Ready {
             bvh8_cpu::BVH::new(&wide).map_err(failure)?
         };
         drop(binary);
-        let bytes = memory::of_c().zip(before).map(|(now, before)| now.saturating_sub(before));
+        let bytes = memory::c_heap_bytes().zip(before).map(|(now, before)| now.saturating_sub(before));
         Ok(Box::new(Traced { tree, bytes, cost, overlap }))
     }
 }

@@ -49,7 +49,7 @@ unsafe impl GlobalAlloc for Counting {
 
 /// What a job holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Held {
+pub(crate) struct HeapUse {
     /// Bytes more than before, when it is done.
     pub(crate) after: usize,
     /// The most bytes more than before at a time.
@@ -57,7 +57,7 @@ pub(crate) struct Held {
 }
 
 /// Runs a job and counts what all threads allocate meanwhile.
-pub(crate) fn count<R>(job: impl FnOnce() -> R) -> (R, Held) {
+pub(crate) fn count<R>(job: impl FnOnce() -> R) -> (R, HeapUse) {
     let _one_at_a_time = WINDOW.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     NOW.store(0, Relaxed);
     MOST.store(0, Relaxed);
@@ -65,12 +65,12 @@ pub(crate) fn count<R>(job: impl FnOnce() -> R) -> (R, Held) {
     let result = job();
     COUNTED.store(false, Relaxed);
     let bytes = |count: &AtomicIsize| count.load(Relaxed).max(0) as usize;
-    (result, Held { after: bytes(&NOW), peak: bytes(&MOST) })
+    (result, HeapUse { after: bytes(&NOW), peak: bytes(&MOST) })
 }
 
 /// Bytes that the C library has given out, where it can tell.
 #[cfg_attr(not(feature = "tinybvh"), allow(dead_code))]
-pub(crate) fn of_c() -> Option<usize> {
+pub(crate) fn c_heap_bytes() -> Option<usize> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         // SAFETY: the call has no arguments and reads the C library's own counts.
@@ -88,12 +88,12 @@ mod tests {
     #[test]
     fn what_is_held_and_what_was_held_are_told_apart() {
         // Capacities alone: nobody touches the bytes. Other tests allocate meanwhile, but not nearly as much.
-        let (kept, held) = count(|| {
+        let (kept, heap_use) = count(|| {
             drop(Vec::<u8>::with_capacity(400_000_000));
             Vec::<u8>::with_capacity(100_000_000)
         });
         assert!(kept.capacity() >= 100_000_000);
-        assert!((50_000_000..150_000_000).contains(&held.after), "{held:?}");
-        assert!((350_000_000..450_000_000).contains(&held.peak), "{held:?}");
+        assert!((50_000_000..150_000_000).contains(&heap_use.after), "{held:?}");
+        assert!((350_000_000..450_000_000).contains(&heap_use.peak), "{held:?}");
     }
 }
