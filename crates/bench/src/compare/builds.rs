@@ -44,10 +44,10 @@ pub(crate) fn run(
         // Like takes turns with like: what is paired is close in time, and who is far behind is so among its own.
         for class in [Class::Fastest, Class::Fast, Class::Best] {
             let alike: Vec<&dyn Engine> = chosen.iter().copied().filter(|engine| engine.class() == class).collect();
-            let mut ready: Vec<Option<Box<dyn Prepared>>> =
+            let mut prepared: Vec<Option<Box<dyn Prepared>>> =
                 alike.iter().map(|engine| guarded(|| engine.prepare(soup)).ok()).collect();
             let rounds = Rounds { seconds: seconds / 3.0, ..plan.builds };
-            let times = in_turn(alike.len(), rounds, |at| build(ready[at].as_mut()?, &pool));
+            let times = in_turn(alike.len(), rounds, |at| build(prepared[at].as_mut()?, &pool));
             for (engine, times) in alike.iter().zip(times) {
                 rows.extend(time_row(case, *engine, Metric::Build, threads, &times));
             }
@@ -61,12 +61,12 @@ pub(crate) fn build_only_key(engine: &str) -> String {
     format!("{engine}, the build alone")
 }
 
-fn build(ready: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed> {
-    ready.renew(pool).ok()?;
+fn build(prepared: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed> {
+    prepared.set_up(pool).ok()?;
     let _pinned = (pool.threads == 1).then(|| Pinned::all_to(0));
     // Engines work on threads of their own, so the whole process counts; nothing else runs in it.
     let watch = Stopwatch::start(ClockScope::Process);
-    let tree = guarded(|| ready.build(pool)).ok()?;
+    let tree = guarded(|| prepared.build(pool)).ok()?;
     let elapsed = watch.read();
     drop(tree);
     Some(elapsed)

@@ -70,15 +70,15 @@ pub(crate) fn build(
         }
         let watch = Stopwatch::start(ClockScope::Process);
         let built = guarded(|| {
-            let mut ready = engine.prepare(soup)?;
-            ready.renew(&pool)?;
+            let mut prepared = engine.prepare(soup)?;
+            prepared.set_up(&pool)?;
             let watch = Stopwatch::start(ClockScope::Process);
-            let (tree, heap_use) = memory::count(|| ready.build(&pool));
+            let (tree, heap_use) = memory::count(|| prepared.build(&pool));
             let (tree, build_seconds) = (tree?, watch.read().wall);
             let is_cost_measured =
                 (seconds.is_infinite() || soup.len() <= MAX_TRIANGLES_FOR_COST) && !engine.shares_builds();
             let facts = tree.facts();
-            let cost = facts.cost.or_else(|| if is_cost_measured { ready.measure_cost(&pool) } else { None });
+            let cost = facts.cost.or_else(|| if is_cost_measured { prepared.measure_cost(&pool) } else { None });
             Ok((tree, heap_use, cost, build_seconds))
         });
         budget.record_build(&name, soup.len(), watch.read().wall);

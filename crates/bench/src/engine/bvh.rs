@@ -30,7 +30,7 @@ impl Engine for Settings {
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
         let shapes =
             (0..soup.len() as u32).map(|primitive| Shape { corners: soup.corners(primitive), primitive, node: 0 });
-        Ok(Box::new(Ready { shapes: shapes.collect(), spare: Vec::new() }))
+        Ok(Box::new(PreparedMesh { shapes: shapes.collect(), spare: Vec::new() }))
     }
 }
 
@@ -59,28 +59,28 @@ impl BHShape<f32, 3> for Shape {
     }
 }
 
-struct Ready {
+struct PreparedMesh {
     shapes: Vec<Shape>,
     spare: Vec<Shape>,
 }
 
-impl Prepared for Ready {
-    fn renew(&mut self, _: &ThreadPool) -> Result<(), Failure> {
+impl Prepared for PreparedMesh {
+    fn set_up(&mut self, _: &ThreadPool) -> Result<(), Failure> {
         self.spare.clone_from(&self.shapes);
         Ok(())
     }
 
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         if self.spare.is_empty() {
-            self.renew(pool)?;
+            self.set_up(pool)?;
         }
         let mut shapes = std::mem::take(&mut self.spare);
         let tree = pool.run(|| Bvh::build_par(&mut shapes));
-        Ok(Box::new(Traced { tree, shapes }))
+        Ok(Box::new(BuiltTree { tree, shapes }))
     }
 }
 
-struct Traced {
+struct BuiltTree {
     tree: Bvh<f32, 3>,
     shapes: Vec<Shape>,
 }
@@ -92,7 +92,7 @@ fn engine_ray(ray: &Ray) -> bvh::ray::Ray<f32, 3> {
     bvh::ray::Ray { origin: Point3::from(ray.origin), direction, inv_direction: direction.map(|d| 1.0 / d) }
 }
 
-impl Tree for Traced {
+impl Tree for BuiltTree {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
             let query = engine_ray(ray);

@@ -79,7 +79,7 @@ impl Engine for Kinetree {
     }
 
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
-        Ok(Box::new(Ready { setting: *self, mesh: self.mesh(soup)?, scene: None }))
+        Ok(Box::new(PreparedMesh { setting: *self, mesh: self.mesh(soup)?, scene: None }))
     }
 
     fn refitter(&self, soup: &Soup, pool: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
@@ -87,15 +87,15 @@ impl Engine for Kinetree {
             return Ok(None);
         }
         let mesh = self.mesh(soup)?;
-        let mut following = pool.run(|| -> Result<_, Failure> {
+        let mut refitter = pool.run(|| -> Result<_, Failure> {
             let (mut scene, mesh) = scene_of(mesh, Motion::Deforming)?;
             let frame = scene.commit();
-            Ok(Following { scene, mesh, frame })
+            Ok(Refitter { scene, mesh, frame })
         })?;
         // Both buffers exist before the clock starts.
-        following.scene.set_positions(following.mesh, &soup.positions)?;
-        following.frame = following.scene.commit();
-        Ok(Some(Box::new(following)))
+        refitter.scene.set_positions(refitter.mesh, &soup.positions)?;
+        refitter.frame = refitter.scene.commit();
+        Ok(Some(Box::new(refitter)))
     }
 }
 
@@ -108,14 +108,14 @@ fn scene_of(mesh: Mesh, motion: Motion) -> Result<(Scene, MeshId), Failure> {
     Ok((scene, mesh))
 }
 
-struct Ready {
+struct PreparedMesh {
     setting: Kinetree,
     mesh: Mesh,
     scene: Option<Scene>,
 }
 
-impl Prepared for Ready {
-    fn renew(&mut self, _: &ThreadPool) -> Result<(), Failure> {
+impl Prepared for PreparedMesh {
+    fn set_up(&mut self, _: &ThreadPool) -> Result<(), Failure> {
         // A mesh of its own: clones share their first tree, and nothing would be built again.
         let mesh = self.setting.mesh_of(self.mesh.positions(), self.mesh.triangles())?;
         self.scene = Some(scene_of(mesh, Motion::Static)?.0);
@@ -124,14 +124,14 @@ impl Prepared for Ready {
 
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         if self.scene.is_none() {
-            self.renew(pool)?;
+            self.set_up(pool)?;
         }
-        let mut scene = self.scene.take().expect("it has just been renewed");
-        Ok(Box::new(Traced { view: pool.run(|| scene.commit()) }))
+        let mut scene = self.scene.take().expect("it has just been set up");
+        Ok(Box::new(BuiltTree { view: pool.run(|| scene.commit()) }))
     }
 }
 
-struct Traced {
+struct BuiltTree {
     view: Snapshot,
 }
 
@@ -151,7 +151,7 @@ fn answer(hit: Option<Hit>) -> Answer {
     })
 }
 
-impl Tree for Traced {
+impl Tree for BuiltTree {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
             *slot = answer(self.view.closest_hit(&engine_ray(ray)));
@@ -191,7 +191,7 @@ impl Tree for Traced {
     }
 }
 
-impl Batch for Traced {
+impl Batch for BuiltTree {
     fn suffix(&self) -> &'static str {
         ""
     }
@@ -245,14 +245,14 @@ fn block_length(coherence: Coherence) -> usize {
     if coherence == Coherence::Incoherent { BLOCK } else { 1024 }
 }
 
-struct Following {
+struct Refitter {
     scene: Scene,
     mesh: MeshId,
     /// Held, as a renderer would: the next frame goes into the other buffer.
     frame: Snapshot,
 }
 
-impl Refit for Following {
+impl Refit for Refitter {
     fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure> {
         self.scene.set_positions(self.mesh, positions)?;
         self.frame = self.scene.commit();
@@ -264,7 +264,7 @@ impl Refit for Following {
 }
 
 /// The answers that rays are made from and that all engines are held against, as far as they have been checked themselves: a tree of ours.
-pub(crate) struct Reference(Traced);
+pub(crate) struct Reference(BuiltTree);
 
 impl Reference {
     /// Builds the tree.
@@ -274,7 +274,7 @@ impl Reference {
     pub(crate) fn of(soup: &Soup) -> Result<Self, Failure> {
         let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(Quality::Fast);
         let (mut scene, _) = scene_of(mesh, Motion::Static)?;
-        Ok(Self(Traced { view: scene.commit() }))
+        Ok(Self(BuiltTree { view: scene.commit() }))
     }
 
     /// The nearest hits, with distances in double precision.
@@ -296,11 +296,11 @@ mod tests {
         let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let setting = SETTINGS[1];
         let mesh = setting.mesh_of(&triangle, &[[0, 1, 2]]).unwrap();
-        let mut ready = Ready { setting, mesh, scene: None };
+        let mut prepared = PreparedMesh { setting, mesh, scene: None };
         let pool = ThreadPool::new(1).unwrap();
         let mut build = || {
-            ready.renew(&pool).unwrap();
-            ready.scene.take().expect("it has just been renewed").commit()
+            prepared.set_up(&pool).unwrap();
+            prepared.scene.take().expect("it has just been set up").commit()
         };
         let (one, other) = (build(), build());
         assert_eq!([one.report().count(Action::Built), other.report().count(Action::Built)], [1, 1]);

@@ -87,7 +87,7 @@ pub(crate) trait Prepared {
     ///
     /// # Errors
     /// What keeps it from building.
-    fn renew(&mut self, _pool: &ThreadPool) -> Result<(), Failure> {
+    fn set_up(&mut self, _pool: &ThreadPool) -> Result<(), Failure> {
         Ok(())
     }
 

@@ -43,26 +43,26 @@ impl Engine for Obvhs {
             let [v0, v1, v2] = soup.corners(i).map(Vec3A::from);
             Triangle { v0, v1, v2 }
         });
-        Ok(Box::new(Ready { triangles: triangles.collect(), params: self.params }))
+        Ok(Box::new(PreparedMesh { triangles: triangles.collect(), params: self.params }))
     }
 }
 
-struct Ready {
+struct PreparedMesh {
     triangles: Vec<Triangle>,
     params: BvhBuildParams,
 }
 
-impl Prepared for Ready {
+impl Prepared for PreparedMesh {
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let mut its_own_clock = Duration::ZERO;
         let tree = pool.run(|| build_cwbvh_from_tris(&self.triangles, self.params, &mut its_own_clock));
         // In the order of the leaves, as its documentation advises.
         let triangles = tree.primitive_indices.iter().map(|&i| self.triangles[i as usize]).collect();
-        Ok(Box::new(Traced { tree, triangles }))
+        Ok(Box::new(BuiltTree { tree, triangles }))
     }
 }
 
-struct Traced {
+struct BuiltTree {
     tree: CwBvh,
     triangles: Vec<Triangle>,
 }
@@ -72,7 +72,7 @@ fn engine_ray(ray: &Ray) -> obvhs::ray::Ray {
     obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max)
 }
 
-impl Tree for Traced {
+impl Tree for BuiltTree {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
             let mut hit = RayHit::none();

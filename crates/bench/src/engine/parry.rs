@@ -35,30 +35,30 @@ impl Engine for Parry {
 
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
         let corners = (0..soup.len() as u32).map(|i| soup.corners(i).map(|p| Vector::from(p.to_array())));
-        Ok(Box::new(Ready { corners: corners.collect(), strategy: self.strategy }))
+        Ok(Box::new(PreparedMesh { corners: corners.collect(), strategy: self.strategy }))
     }
 }
 
-struct Ready {
+struct PreparedMesh {
     corners: Vec<[Vector; 3]>,
     strategy: fn() -> BvhBuildStrategy,
 }
 
-impl Prepared for Ready {
+impl Prepared for PreparedMesh {
     fn build(&mut self, _: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let boxes: Vec<Aabb> =
             self.corners.iter().map(|[a, b, c]| Aabb::new(a.min(*b).min(*c), a.max(*b).max(*c))).collect();
         let tree = Bvh::from_leaves((self.strategy)(), &boxes);
-        Ok(Box::new(Traced { tree, corners: self.corners.clone() }))
+        Ok(Box::new(BuiltTree { tree, corners: self.corners.clone() }))
     }
 }
 
-struct Traced {
+struct BuiltTree {
     tree: Bvh,
     corners: Vec<[Vector; 3]>,
 }
 
-impl Traced {
+impl BuiltTree {
     /// Its own triangle test.
     #[inline]
     fn hit(&self, primitive: u32, ray: &parry3d::query::Ray, t_max: f32) -> Option<f32> {
@@ -73,7 +73,7 @@ fn engine_ray(ray: &Ray) -> parry3d::query::Ray {
     parry3d::query::Ray::new(Vector::from(ray.origin), Vector::from(ray.direction))
 }
 
-impl Tree for Traced {
+impl Tree for BuiltTree {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         for (ray, slot) in rays.iter().zip(answers) {
             let query = engine_ray(ray);

@@ -51,7 +51,7 @@ impl Engine for TinyBvh {
     }
 
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
-        Ok(Box::new(Ready { corners: corners(soup.triangles.as_slice(), &soup.positions), best: self.best }))
+        Ok(Box::new(PreparedMesh { corners: corners(soup.triangles.as_slice(), &soup.positions), best: self.best }))
     }
 
     fn refitter(&self, soup: &Soup, _: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
@@ -61,7 +61,7 @@ impl Engine for TinyBvh {
         }
         let corners = corners(soup.triangles.as_slice(), &soup.positions);
         let tree = bvh::BVH::new(corners.as_slice().into()).map_err(failure)?.data();
-        Ok(Some(Box::new(Following { triangles: soup.triangles.clone(), corners, tree: Some(tree) })))
+        Ok(Some(Box::new(Refitter { triangles: soup.triangles.clone(), corners, tree: Some(tree) })))
     }
 }
 
@@ -75,12 +75,12 @@ fn failure(error: tinybvh_rs::Error) -> Failure {
     error.to_string().into()
 }
 
-struct Ready {
+struct PreparedMesh {
     corners: Vec<[f32; 4]>,
     best: bool,
 }
 
-impl Prepared for Ready {
+impl Prepared for PreparedMesh {
     fn build(&mut self, _: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let before = memory::c_heap_bytes();
         let corners = self.corners.as_slice().into();
@@ -93,7 +93,7 @@ impl Prepared for Ready {
         };
         drop(binary);
         let bytes = memory::c_heap_bytes().zip(before).map(|(now, before)| now.saturating_sub(before));
-        Ok(Box::new(Traced { tree, bytes, cost, overlap }))
+        Ok(Box::new(BuiltTree { tree, bytes, cost, overlap }))
     }
 }
 
@@ -122,7 +122,7 @@ fn cost_and_overlap(nodes: &[bvh::Node]) -> (f32, f32) {
     ((cost / root) as f32, (overlap / root) as f32)
 }
 
-struct Traced {
+struct BuiltTree {
     tree: bvh8_cpu::BVH,
     bytes: Option<usize>,
     cost: f32,
@@ -130,9 +130,9 @@ struct Traced {
 }
 
 // SAFETY: a finished tree is only read: the calls below take it by a pointer to const, and it has no caches.
-unsafe impl Send for Traced {}
+unsafe impl Send for BuiltTree {}
 // SAFETY: as above.
-unsafe impl Sync for Traced {}
+unsafe impl Sync for BuiltTree {}
 
 /// The ray as the C++ side has it: 64 bytes that matter, and 64 of the caller's own data.
 #[repr(C, align(64))]
@@ -183,7 +183,7 @@ fn engine_ray(ray: &Ray) -> CppRay {
     }
 }
 
-impl Traced {
+impl BuiltTree {
     fn pointer(&self) -> *const c_void {
         // SAFETY: the crate's type is nothing but a unique pointer, which is nothing but a pointer; its size is asserted above. It is
         // read, and the tree keeps it.
@@ -191,7 +191,7 @@ impl Traced {
     }
 }
 
-impl Tree for Traced {
+impl Tree for BuiltTree {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         let tree = self.pointer();
         for (ray, slot) in rays.iter().zip(answers) {
@@ -217,13 +217,13 @@ impl Tree for Traced {
 }
 
 /// Its binary tree: the wide one cannot be refitted.
-struct Following {
+struct Refitter {
     triangles: Vec<[u32; 3]>,
     corners: Vec<[f32; 4]>,
     tree: Option<bvh::BVHData>,
 }
 
-impl Refit for Following {
+impl Refit for Refitter {
     fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure> {
         let vertices = self.triangles.iter().flatten().map(|&vertex| positions[vertex as usize]);
         self.corners.iter_mut().zip(vertices).for_each(|(corner, [x, y, z])| *corner = [x, y, z, 0.0]);

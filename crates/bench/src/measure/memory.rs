@@ -93,7 +93,7 @@ mod tests {
             Vec::<u8>::with_capacity(100_000_000)
         });
         assert!(kept.capacity() >= 100_000_000);
-        assert!((50_000_000..150_000_000).contains(&heap_use.after), "{held:?}");
-        assert!((350_000_000..450_000_000).contains(&heap_use.peak), "{held:?}");
+        assert!((50_000_000..150_000_000).contains(&heap_use.after), "{heap_use:?}");
+        assert!((350_000_000..450_000_000).contains(&heap_use.peak), "{heap_use:?}");
     }
 }

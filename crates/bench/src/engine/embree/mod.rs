@@ -17,7 +17,7 @@ use kinetree::simd::Level;
 
 use self::api::{Api, BuildQuality, SceneFlags};
 use self::device::Device;
-use self::scene::{Following, Ready};
+use self::scene::{PreparedMesh, Refitter};
 use super::{Class, Engine, Prepared, Refit, ThreadPool};
 use crate::Failure;
 use crate::level::OWN_BUILD;
@@ -105,13 +105,13 @@ impl Engine for Embree {
     }
 
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure> {
-        Ok(Box::new(Ready::new(&self.api, soup, self.quality, self.flags)))
+        Ok(Box::new(PreparedMesh::new(&self.api, soup, self.quality, self.flags)))
     }
 
     fn refitter(&self, soup: &Soup, pool: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
         if self.quality != BuildQuality::MEDIUM || self.is_robust() {
             return Ok(None);
         }
-        Ok(Some(Box::new(Following::new(&self.api, soup, pool.threads)?)))
+        Ok(Some(Box::new(Refitter::new(&self.api, soup, pool.threads)?)))
     }
 }

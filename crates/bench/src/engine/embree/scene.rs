@@ -34,7 +34,7 @@ impl Buffers {
 }
 
 /// A scene with one geometry. Fields are dropped in this order: what is read last goes last.
-struct OneMesh {
+struct MeshScene {
     scene: Handle,
     geometry: Handle,
     device: Device,
@@ -42,11 +42,11 @@ struct OneMesh {
 }
 
 // SAFETY: Embree's scenes may be built from any thread and, once committed, traced from all.
-unsafe impl Send for OneMesh {}
+unsafe impl Send for MeshScene {}
 // SAFETY: as above; whoever changes one has it mutably.
-unsafe impl Sync for OneMesh {}
+unsafe impl Sync for MeshScene {}
 
-impl OneMesh {
+impl MeshScene {
     /// Not yet committed.
     fn new(
         device: Device,
@@ -95,7 +95,7 @@ impl OneMesh {
     }
 }
 
-impl Drop for OneMesh {
+impl Drop for MeshScene {
     fn drop(&mut self) {
         // SAFETY: both are alive, and nobody uses them any more.
         unsafe {
@@ -106,55 +106,55 @@ impl Drop for OneMesh {
 }
 
 /// Triangles, before there is a tree; and a scene of them, once it is renewed, in which nothing is missing but the tree.
-pub(super) struct Ready {
+pub(super) struct PreparedMesh {
     api: Arc<Api>,
     buffers: Arc<Buffers>,
     quality: BuildQuality,
     flags: SceneFlags,
-    scene: Option<OneMesh>,
+    scene: Option<MeshScene>,
 }
 
-impl Ready {
+impl PreparedMesh {
     pub(super) fn new(api: &Arc<Api>, soup: &Soup, quality: BuildQuality, flags: SceneFlags) -> Self {
         Self { api: Arc::clone(api), buffers: Arc::new(Buffers::of(soup)), quality, flags, scene: None }
     }
 }
 
-impl Prepared for Ready {
-    fn renew(&mut self, pool: &ThreadPool) -> Result<(), Failure> {
+impl Prepared for PreparedMesh {
+    fn set_up(&mut self, pool: &ThreadPool) -> Result<(), Failure> {
         let device = Device::new(&self.api, pool.threads)?;
         let buffers = Arc::clone(&self.buffers);
-        self.scene = Some(OneMesh::new(device, buffers, self.quality, self.quality, self.flags)?);
+        self.scene = Some(MeshScene::new(device, buffers, self.quality, self.quality, self.flags)?);
         Ok(())
     }
 
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         if self.scene.is_none() {
-            self.renew(pool)?;
+            self.set_up(pool)?;
         }
-        let mesh = self.scene.take().expect("it has just been renewed");
+        let mesh = self.scene.take().expect("it has just been set up");
         mesh.commit()?;
         let (bytes, peak) = mesh.device.memory.now_and_most();
         let api = &mesh.device.api;
         let packets = (Packets::x8(api, mesh.scene), Packets::x16(api, mesh.scene));
         let sorted = Sorted { api: Arc::clone(api), scene: mesh.scene, bounds: mesh.buffers.bounds };
-        Ok(Box::new(Traced { packets, sorted, mesh, bytes, peak }))
+        Ok(Box::new(BuiltTree { packets, sorted, mesh, bytes, peak }))
     }
 
     fn measure_cost(&mut self, pool: &ThreadPool) -> Option<f32> {
         let build = || -> Result<(), Failure> {
             let device = Device::with_messages(&self.api, pool.threads, true)?;
-            OneMesh::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?.commit()
+            MeshScene::new(device, Arc::clone(&self.buffers), self.quality, self.quality, self.flags)?.commit()
         };
         let (built, text) = messages::capture_output(build)?;
         built.ok().and_then(|()| messages::cost(&text))
     }
 }
 
-struct Traced {
+struct BuiltTree {
     packets: (Packets<8>, Packets<16>),
     sorted: Sorted,
-    mesh: OneMesh,
+    mesh: MeshScene,
     bytes: usize,
     peak: usize,
 }
@@ -200,7 +200,7 @@ pub(super) fn occluded(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [bo
     }
 }
 
-impl Tree for Traced {
+impl Tree for BuiltTree {
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]) {
         closest(&self.mesh.device.api, self.mesh.scene, rays, answers);
     }
@@ -219,22 +219,22 @@ impl Tree for Traced {
 }
 
 /// A scene whose tree is refitted when vertices move.
-pub(super) struct Following {
-    mesh: OneMesh,
+pub(super) struct Refitter {
+    mesh: MeshScene,
 }
 
-impl Following {
+impl Refitter {
     pub(super) fn new(api: &Arc<Api>, soup: &Soup, threads: usize) -> Result<Self, Failure> {
         let device = Device::new(api, threads)?;
         let buffers = Arc::new(Buffers::of(soup));
         // Only scenes of low quality keep a tree per mesh, which is what can be refitted.
-        let mesh = OneMesh::new(device, buffers, BuildQuality::LOW, BuildQuality::REFIT, SceneFlags::DYNAMIC)?;
+        let mesh = MeshScene::new(device, buffers, BuildQuality::LOW, BuildQuality::REFIT, SceneFlags::DYNAMIC)?;
         mesh.commit()?;
         Ok(Self { mesh })
     }
 }
 
-impl Refit for Following {
+impl Refit for Refitter {
     fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure> {
         let buffers = Arc::get_mut(&mut self.mesh.buffers).ok_or("its buffers are shared")?;
         let vertices = buffers.positions.len() - 1;
