@@ -18,8 +18,8 @@ pub(crate) struct Case {
     /// What is traced.
     pub(crate) scene: SceneChoice,
     /// Who looks at it; by default a camera of the scene, or one that is found.
-    #[serde(default)]
-    pub(crate) eye: Option<EyeChoice>,
+    #[serde(default, alias = "eye")]
+    pub(crate) camera: Option<CameraChoice>,
     /// Of everything random about the rays.
     pub(crate) seed: u64,
     /// How many triangles the scene has, if that is known: of another one by the same name, nothing is expected.
@@ -46,7 +46,7 @@ pub(crate) struct Case {
 /// A camera as a case writes it down.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct EyeChoice {
+pub(crate) struct CameraChoice {
     /// Metres, world space.
     pub(crate) position: [f32; 3],
     /// Where it looks; any length.
@@ -55,7 +55,7 @@ pub(crate) struct EyeChoice {
     pub(crate) half: f32,
 }
 
-impl EyeChoice {
+impl CameraChoice {
     /// A point that it looks at.
     pub(crate) fn target(&self) -> glam::Vec3 {
         glam::Vec3::from(self.position) + glam::Vec3::from(self.forward)
@@ -133,7 +133,7 @@ impl Case {
         Ok(Self {
             name,
             scene: SceneChoice::File { path: path.into(), time: 0.0 },
-            eye: None,
+            camera: None,
             seed: 1,
             triangles: None,
             rays: 1 << 18,

@@ -271,12 +271,12 @@ mod tests {
     use crate::rays;
     use crate::report::Record;
 
-    fn scene_of(case: &Case) -> (crate::scene::Scenery, Reference, Vec<RaySet>) {
-        let scenery = case.scene.open().unwrap();
-        let reference = Reference::of(&scenery.soup).unwrap();
-        let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
-        let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, true), case.seed, &trace);
-        (scenery, reference, sets)
+    fn scene_of(case: &Case) -> (crate::scene::BenchScene, Reference, Vec<RaySet>) {
+        let scene = case.scene.open().unwrap();
+        let reference = Reference::of(&scene.soup).unwrap();
+        let trace = |rays: &[Ray]| reference.closest(&scene.soup, rays);
+        let sets = rays::sets(&scene, &case.sets, &|kind| case.count(kind, true), case.seed, &trace);
+        (scene, reference, sets)
     }
 
     /// Every engine that can be had here, in every way in which it is timed.
@@ -285,14 +285,14 @@ mod tests {
         let text =
             "name='small'\nseed=3\nrays=1024\nquick_rays=1024\n[scene]\nkind='terrain'\nseed=5\ntriangles=3000\n";
         let case = Case::parse(text).unwrap();
-        let (scenery, reference, sets) = scene_of(&case);
+        let (scene, reference, sets) = scene_of(&case);
         let (engines, _) = engine::all();
         let engines: Vec<_> = engines.iter().map(|engine| &**engine).collect();
         let (mut log, mut record) = (Log::default(), Record::default());
         let budget = (&mut Budget::new(false), f64::INFINITY);
-        let mut lineup = lineup::build("small", &engines, &scenery.soup, budget, &mut log, &mut record).unwrap();
+        let mut lineup = lineup::build("small", &engines, &scene.soup, budget, &mut log, &mut record).unwrap();
         assert_eq!(lineup.len(), engines.len());
-        let checked = check(&case, &Plan::minimal(), &scenery.soup, &reference, &sets, &mut lineup, &mut log);
+        let checked = check(&case, &Plan::minimal(), &scene.soup, &reference, &sets, &mut lineup, &mut log);
         assert!(!checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert_eq!(lineup.len(), engines.len());
         let embree_costs = record.trees.iter().filter(|tree| tree.engine.starts_with("embree") && tree.cost.is_some());
@@ -318,9 +318,8 @@ mod tests {
     fn where_the_reference_is_wrong_it_is_blamed_and_not_who_knows_better() {
         let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";
         let case = Case::parse(text).unwrap();
-        let (scenery, reference, sets) = scene_of(&case);
-        let mut expected: Vec<Vec<Answer>> =
-            sets.iter().map(|set| reference.closest(&scenery.soup, &set.rays)).collect();
+        let (scene, reference, sets) = scene_of(&case);
+        let mut expected: Vec<Vec<Answer>> = sets.iter().map(|set| reference.closest(&scene.soup, &set.rays)).collect();
         let forgotten = expected.iter_mut().map(|answers| {
             answers.iter_mut().step_by(10).filter(|answer| answer.is_hit()).map(|answer| *answer = Answer::MISS).count()
         });
@@ -329,10 +328,10 @@ mod tests {
         let right: Vec<_> = engines.iter().map(|engine| &**engine).filter(|it| it.name() == "kinetree best").collect();
         let (mut log, mut record) = (Log::default(), Record::default());
         let budget = (&mut Budget::new(false), f64::INFINITY);
-        let mut lineup = lineup::build("small", &right, &scenery.soup, budget, &mut log, &mut record).unwrap();
+        let mut lineup = lineup::build("small", &right, &scene.soup, budget, &mut log, &mut record).unwrap();
         lineup[0].name = "a rival".into();
         let mut checked = Checked::default();
-        compare_engines(&Plan::minimal(), &scenery.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
+        compare_engines(&Plan::minimal(), &scene.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
         assert!(checked.kinetree_is_wrong && !checked.some_engine_differs);
         assert!(checked.disagreements.values().all(|differ| differ.all == 0));
     }
@@ -341,7 +340,7 @@ mod tests {
     fn wrong_answers_of_ours_are_a_failure_and_those_of_others_are_counted() {
         let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";
         let mut case = Case::parse(text).unwrap();
-        let (scenery, reference, sets) = scene_of(&case);
+        let (scene, reference, sets) = scene_of(&case);
         let checked = |case: &Case, name: &str| {
             let built = BuiltEngine {
                 name: name.into(),
@@ -352,7 +351,7 @@ mod tests {
             };
             let mut lineup = vec![built];
             let plan = Plan::minimal();
-            let checked = check(case, &plan, &scenery.soup, &reference, &sets, &mut lineup, &mut Log::default());
+            let checked = check(case, &plan, &scene.soup, &reference, &sets, &mut lineup, &mut Log::default());
             assert_eq!(lineup.len(), 1);
             checked
         };

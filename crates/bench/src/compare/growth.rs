@@ -33,15 +33,15 @@ pub(crate) fn run(
     let sizes: &[usize] = if plan.quick { &QUICK } else { &FULL };
     for (at, &triangles) in sizes.iter().enumerate() {
         let case = case(triangles, plan);
-        let scenery = case.scene.open()?;
-        let soup = &scenery.soup;
+        let scene = case.scene.open()?;
+        let soup = &scene.soup;
         let seconds = budget.share(1.0, (sizes.len() - at) as f64);
         if !lineup::is_possible(&case.name, &wanted, soup.len(), (&*budget, seconds * 0.6), log) {
             continue;
         }
         let reference = Reference::of(soup)?;
         let trace = |rays: &[Ray]| reference.closest(soup, rays);
-        let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
+        let sets = rays::sets(&scene, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
         let mut lineup = lineup::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.4), log, record)?;
         let checked = check::check(&case, plan, soup, &reference, &sets, &mut lineup, log);
         record.kinetree_is_wrong |= checked.kinetree_is_wrong;
@@ -59,7 +59,7 @@ fn case(triangles: usize, plan: &Plan) -> Case {
     Case {
         name: format!("{}{triangles}", report::GROWTH),
         scene: SceneChoice::Terrain { seed: 1, triangles },
-        eye: None,
+        camera: None,
         seed: 1,
         triangles: None,
         rays: 1 << 17,

@@ -25,7 +25,7 @@ use crate::measure::rounds::Rounds;
 use crate::ray::Ray;
 use crate::rays;
 use crate::report::{self, Record};
-use crate::scene::Eye;
+use crate::scene::PinholeCamera;
 
 /// What is compared, and where results go.
 #[derive(Debug, Clone, clap::Args)]
@@ -199,25 +199,25 @@ fn one_case(
     log: &mut Log,
     record: &mut Record,
 ) -> Result<(), Failure> {
-    let mut scenery = case.scene.open().map_err(|failure| format!("{}: {failure}", case.name))?;
-    log.say(&format!("\n== {}: {} triangles", case.name, scenery.soup.len()));
+    let mut scene = case.scene.open().map_err(|failure| format!("{}: {failure}", case.name))?;
+    log.say(&format!("\n== {}: {} triangles", case.name, scene.soup.len()));
     let mut wanted: Vec<&dyn Engine> =
         engines.iter().map(|engine| &**engine).filter(|engine| case.wants(engine.name(), plan.quick)).collect();
-    if !lineup::is_possible(&case.name, &wanted, scenery.soup.len(), (&*budget, seconds * 0.6), log) {
+    if !lineup::is_possible(&case.name, &wanted, scene.soup.len(), (&*budget, seconds * 0.6), log) {
         return Ok(());
     }
-    let reference = Reference::of(&scenery.soup)?;
-    match &case.eye {
-        Some(eye) => scenery.eye = Eye::look_at(eye.position.into(), eye.target(), eye.half),
-        None => scenery.look_closer(&|soup, rays| reference.closest(soup, rays)),
+    let reference = Reference::of(&scene.soup)?;
+    match &case.camera {
+        Some(camera) => scene.camera = PinholeCamera::look_at(camera.position.into(), camera.target(), camera.half),
+        None => scene.narrow_view(&|soup, rays| reference.closest(soup, rays)),
     }
-    log.say(&format!("  seen from {}", scenery.eye));
-    let trace = |rays: &[Ray]| reference.closest(&scenery.soup, rays);
-    let sets = rays::sets(&scenery, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
+    log.say(&format!("  seen from {}", scene.camera));
+    let trace = |rays: &[Ray]| reference.closest(&scene.soup, rays);
+    let sets = rays::sets(&scene, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
     // Should time run out, it does so for those who matter less.
     wanted.sort_by_key(|engine| urgency(*engine));
     let from = record.rows.len();
-    let soup = &scenery.soup;
+    let soup = &scene.soup;
     let mut lineup = lineup::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.45), log, record)?;
     log.took("scene, rays, trees");
     let checked = check::check(case, plan, soup, &reference, &sets, &mut lineup, log);

@@ -4,16 +4,16 @@ use glam::Vec3;
 
 use super::{Answer, Ray};
 use crate::rng::Rng;
-use crate::scene::Eye;
+use crate::scene::PinholeCamera;
 use crate::soup::Soup;
 
 /// How far a ray starts off the surface, as a fraction of its coordinates and of the way of the ray before.
 const OFFSET: f32 = 2e-5;
 
 /// Where rays ended: a point just off the surface, and the normal on the side they came from.
-pub(crate) struct Ends(Vec<(Vec3, Vec3)>);
+pub(crate) struct HitPoints(Vec<(Vec3, Vec3)>);
 
-impl Ends {
+impl HitPoints {
     /// Of those rays that hit something, in their order.
     pub(crate) fn of(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Self {
         let hits = rays.iter().zip(answers).filter(|(_, answer)| answer.is_hit());
@@ -51,12 +51,12 @@ impl Ends {
 }
 
 /// A light up and to the right of the camera, by a third of the usual distance: in a room, within the room as a rule.
-pub(crate) fn light(eye: &Eye, ends: &Ends) -> Vec3 {
-    let mut distances: Vec<f32> = ends.0.iter().map(|(point, _)| point.distance(eye.position)).collect();
+pub(crate) fn light(camera: &PinholeCamera, ends: &HitPoints) -> Vec3 {
+    let mut distances: Vec<f32> = ends.0.iter().map(|(point, _)| point.distance(camera.position)).collect();
     distances.sort_unstable_by(f32::total_cmp);
     let usual = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
-    let way = eye.up.normalize_or(Vec3::Y) + eye.right.normalize_or(Vec3::X);
-    eye.position + way * usual * 0.3
+    let way = camera.up.normalize_or(Vec3::Y) + camera.right.normalize_or(Vec3::X);
+    camera.position + way * usual * 0.3
 }
 
 fn end(soup: &Soup, ray: &Ray, answer: &Answer) -> Option<(Vec3, Vec3)> {

@@ -4,19 +4,19 @@ use glam::Vec3;
 
 use crate::ray::Ray;
 use crate::rng::Rng;
-use crate::scene::Eye;
+use crate::scene::PinholeCamera;
 use crate::soup::Soup;
 
 /// Pixels along the side of a tile.
 const TILE: usize = 8;
 
 /// One ray through the middle of each pixel of a square picture of about `count` pixels, tile by tile.
-pub(crate) fn primary(eye: &Eye, count: usize) -> Vec<Ray> {
+pub(crate) fn primary(camera: &PinholeCamera, count: usize) -> Vec<Ray> {
     let tiles = (((count as f64).sqrt() / TILE as f64).round() as usize).max(1);
     let side = tiles * TILE;
     let pixel = |x: usize, y: usize| {
         let [x, y] = [x, y].map(|i| (2 * i + 1) as f32 / side as f32 - 1.0);
-        Ray::new(eye.position, (eye.forward + eye.right * x - eye.up * y).normalize())
+        Ray::new(camera.position, (camera.forward + camera.right * x - camera.up * y).normalize())
     };
     let mut rays = Vec::with_capacity(side * side);
     for tile in 0..tiles * tiles {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::Coherence;
 use crate::ray::{Answer, Ray};
-use crate::scene::Scenery;
+use crate::scene::BenchScene;
 
 /// What a set of rays is like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -93,14 +93,14 @@ pub(crate) struct RaySet {
 /// Makes the sets that are asked for, of about as many rays as `count` says of each. `trace` finds where rays end; a set whose rays would have to start
 /// somewhere that nothing was hit is left out.
 pub(crate) fn sets(
-    scenery: &Scenery,
+    scene: &BenchScene,
     kinds: &[Kind],
     count: &dyn Fn(Kind) -> usize,
     seed: u64,
     trace: &dyn Fn(&[Ray]) -> Vec<Answer>,
 ) -> Vec<RaySet> {
-    let primary = first::primary(&scenery.eye, count(Kind::Primary));
-    let ends = bounce::Ends::of(&scenery.soup, &primary, &trace(&primary));
+    let primary = first::primary(&scene.camera, count(Kind::Primary));
+    let ends = bounce::HitPoints::of(&scene.soup, &primary, &trace(&primary));
     let diffuse = |kind: Kind| ends.diffuse(count(kind), seed, 0);
     let make = |kind: Kind| match kind {
         Kind::Primary => primary.clone(),
@@ -111,11 +111,11 @@ pub(crate) fn sets(
             rays
         }
         Kind::Bounce4 => (1..4).fold(diffuse(kind), |rays, bounce| {
-            bounce::Ends::of(&scenery.soup, &rays, &trace(&rays)).diffuse(count(kind), seed, bounce)
+            bounce::HitPoints::of(&scene.soup, &rays, &trace(&rays)).diffuse(count(kind), seed, bounce)
         }),
-        Kind::Shadow => ends.to_light(bounce::light(&scenery.eye, &ends), count(kind)),
-        Kind::ShadowShort => ends.short(Vec3::from(scenery.soup.bounds().extent()).length() * 0.02, count(kind), seed),
-        Kind::Axis => first::axis_parallel(&scenery.soup, count(kind), seed),
+        Kind::Shadow => ends.to_light(bounce::light(&scene.camera, &ends), count(kind)),
+        Kind::ShadowShort => ends.short(Vec3::from(scene.soup.bounds().extent()).length() * 0.02, count(kind), seed),
+        Kind::Axis => first::axis_parallel(&scene.soup, count(kind), seed),
     };
     kinds.iter().map(|&kind| RaySet { kind, rays: make(kind) }).filter(|set| !set.rays.is_empty()).collect()
 }
@@ -127,9 +127,9 @@ mod tests {
     use crate::scene::SceneChoice;
 
     fn all() -> Vec<RaySet> {
-        let scenery = SceneChoice::Terrain { seed: 1, triangles: 4000 }.open().unwrap();
-        let reference = Reference::of(&scenery.soup).unwrap();
-        sets(&scenery, &Kind::ALL, &|_| 1000, 7, &|rays| reference.closest(&scenery.soup, rays))
+        let scene = SceneChoice::Terrain { seed: 1, triangles: 4000 }.open().unwrap();
+        let reference = Reference::of(&scene.soup).unwrap();
+        sets(&scene, &Kind::ALL, &|_| 1000, 7, &|rays| reference.closest(&scene.soup, rays))
     }
 
     #[test]

@@ -32,16 +32,16 @@ pub(crate) enum SceneChoice {
 }
 
 /// A scene ready to be measured.
-pub(crate) struct Scenery {
+pub(crate) struct BenchScene {
     /// The triangles.
     pub(crate) soup: Soup,
     /// Who looks at them.
-    pub(crate) eye: Eye,
+    pub(crate) camera: PinholeCamera,
 }
 
 /// A pinhole camera for square pictures.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Eye {
+pub(crate) struct PinholeCamera {
     /// Metres, world space.
     pub(crate) position: Vec3,
     /// Where it looks, of length one.
@@ -52,7 +52,7 @@ pub(crate) struct Eye {
     pub(crate) up: Vec3,
 }
 
-impl Eye {
+impl PinholeCamera {
     /// At `position`, looking at `target`; `half` is the tangent of half the angle of view.
     pub(crate) fn look_at(position: Vec3, target: Vec3, half: f32) -> Self {
         let forward = (target - position).normalize_or(Vec3::NEG_Z);
@@ -70,43 +70,45 @@ impl Eye {
 }
 
 /// Rays along a side of the picture that tells how much is seen.
-const LOOKS: usize = 24;
+const PREVIEW_SIDE: usize = 24;
 /// This part of the picture should show something.
-const SEEN: f32 = 0.6;
+const LEAST_COVERAGE: f32 = 0.6;
 /// How often it is looked closer, and how much each time.
 const STEPS: usize = 16;
-const CLOSER: f32 = 0.8;
+const NARROWING: f32 = 0.8;
 
-impl Scenery {
+impl BenchScene {
     /// Narrows the angle of view until most of the picture shows something, or as far as that helps: rays that leave the scene at once measure nothing.
-    pub(crate) fn look_closer(&mut self, trace: &dyn Fn(&Soup, &[Ray]) -> Vec<Answer>) {
-        let seen = |eye: &Eye| {
-            let rays = first_rays(eye);
+    pub(crate) fn narrow_view(&mut self, trace: &dyn Fn(&Soup, &[Ray]) -> Vec<Answer>) {
+        let seen = |camera: &PinholeCamera| {
+            let rays = preview_rays(camera);
             trace(&self.soup, &rays).iter().filter(|answer| answer.is_hit()).count() as f32 / rays.len() as f32
         };
-        let mut best = (seen(&self.eye), self.eye);
-        let mut eye = self.eye;
+        let mut best = (seen(&self.camera), self.camera);
+        let mut camera = self.camera;
         for _ in 0..STEPS {
-            if best.0 >= SEEN {
+            if best.0 >= LEAST_COVERAGE {
                 break;
             }
-            eye = Eye { right: eye.right * CLOSER, up: eye.up * CLOSER, ..eye };
-            let part = seen(&eye);
+            camera = PinholeCamera { right: camera.right * NARROWING, up: camera.up * NARROWING, ..camera };
+            let part = seen(&camera);
             if part > best.0 {
-                best = (part, eye);
+                best = (part, camera);
             }
         }
-        self.eye = best.1;
+        self.camera = best.1;
     }
 }
 
-fn first_rays(eye: &Eye) -> Vec<Ray> {
-    let place = |i: usize| (2 * i + 1) as f32 / LOOKS as f32 - 1.0;
-    let pixels = (0..LOOKS * LOOKS).map(|at| (place(at % LOOKS), place(at / LOOKS)));
-    pixels.map(|(x, y)| Ray::new(eye.position, (eye.forward + eye.right * x - eye.up * y).normalize())).collect()
+fn preview_rays(camera: &PinholeCamera) -> Vec<Ray> {
+    let place = |i: usize| (2 * i + 1) as f32 / PREVIEW_SIDE as f32 - 1.0;
+    let pixels = (0..PREVIEW_SIDE * PREVIEW_SIDE).map(|at| (place(at % PREVIEW_SIDE), place(at / PREVIEW_SIDE)));
+    pixels
+        .map(|(x, y)| Ray::new(camera.position, (camera.forward + camera.right * x - camera.up * y).normalize()))
+        .collect()
 }
 
-impl std::fmt::Display for Eye {
+impl std::fmt::Display for PinholeCamera {
     /// As a case file has it.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { position, forward, right, .. } = self;
@@ -119,18 +121,18 @@ impl SceneChoice {
     ///
     /// # Errors
     /// A file that cannot be loaded, or a scene without triangles.
-    pub(crate) fn open(&self) -> Result<Scenery, Failure> {
-        let scenery = match self {
+    pub(crate) fn open(&self) -> Result<BenchScene, Failure> {
+        let scene = match self {
             Self::Race { seed, time } => of_world(kinetree_race::world(*seed), *time)?,
-            Self::Diagonals { seed, triangles } => framed(diagonals::diagonals(*seed, *triangles)),
+            Self::Diagonals { seed, triangles } => with_default_camera(diagonals::diagonals(*seed, *triangles)),
             Self::Terrain { seed, triangles } => terrain::terrain(*seed, *triangles),
-            Self::Pile { seed, triangles } => framed(pile::pile(*seed, *triangles)),
+            Self::Pile { seed, triangles } => with_default_camera(pile::pile(*seed, *triangles)),
             Self::File { path, time } => of_world(load(path)?, *time)?,
         };
-        if scenery.soup.len() == 0 {
+        if scene.soup.len() == 0 {
             return Err("the scene has no triangles".into());
         }
-        Ok(scenery)
+        Ok(scene)
     }
 }
 
@@ -138,12 +140,12 @@ fn load(path: &Path) -> Result<World, Failure> {
     Ok(kinetree_gltf::load(path)?.world)
 }
 
-fn framed(soup: Soup) -> Scenery {
-    Scenery { eye: Eye::frame(&soup), soup }
+fn with_default_camera(soup: Soup) -> BenchScene {
+    BenchScene { camera: PinholeCamera::frame(&soup), soup }
 }
 
 /// A world at a moment, seen by its first camera, or by one that shows most of it when it has none.
-fn of_world(mut world: World, time: f64) -> Result<Scenery, Failure> {
+fn of_world(mut world: World, time: f64) -> Result<BenchScene, Failure> {
     let frame = world.frame(time)?;
     let soup = Soup::flatten(&frame.view);
     let camera = match world.cameras.first().cloned() {
@@ -153,10 +155,10 @@ fn of_world(mut world: World, time: f64) -> Result<Scenery, Failure> {
     let position = Vec3::from(camera.position());
     let forward = -Vec3::from(camera.world_from_camera.z_axis);
     if !(position.is_finite() && forward.is_finite() && camera.fov_y.is_finite()) {
-        return Ok(framed(soup));
+        return Ok(with_default_camera(soup));
     }
     let half = (camera.fov_y.clamp(0.05, 2.8) * 0.5).tan();
-    Ok(Scenery { eye: Eye::look_at(position, position + forward, half), soup })
+    Ok(BenchScene { camera: PinholeCamera::look_at(position, position + forward, half), soup })
 }
 
 #[cfg(test)]
@@ -183,18 +185,18 @@ mod tests {
     }
 
     #[test]
-    fn who_sees_little_looks_closer() {
+    fn a_camera_that_sees_little_is_narrowed() {
         let (ball, faces) = shapes::sphere(8);
         let mut soup = Soup::default();
         soup.add(ball, &faces);
-        let mut scenery = framed(soup);
-        let reference = crate::engine::Reference::of(&scenery.soup).unwrap();
-        let far = scenery.eye.right.length();
-        scenery.eye = Eye { right: scenery.eye.right * 4.0, up: scenery.eye.up * 4.0, ..scenery.eye };
-        scenery.look_closer(&|soup, rays| reference.closest(soup, rays));
-        assert!(scenery.eye.right.length() < 4.0 * far);
-        let seen = reference.closest(&scenery.soup, &first_rays(&scenery.eye));
+        let mut scene = with_default_camera(soup);
+        let reference = crate::engine::Reference::of(&scene.soup).unwrap();
+        let far = scene.camera.right.length();
+        scene.camera = PinholeCamera { right: scene.camera.right * 4.0, up: scene.camera.up * 4.0, ..scene.camera };
+        scene.narrow_view(&|soup, rays| reference.closest(soup, rays));
+        assert!(scene.camera.right.length() < 4.0 * far);
+        let seen = reference.closest(&scene.soup, &preview_rays(&scene.camera));
         let hits = seen.iter().filter(|answer| answer.is_hit()).count();
-        assert!(hits as f32 >= SEEN * seen.len() as f32, "{hits}");
+        assert!(hits as f32 >= LEAST_COVERAGE * seen.len() as f32, "{hits}");
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::shapes::sphere;
-use super::{Eye, Scenery};
+use super::{BenchScene, PinholeCamera};
 use crate::rng::Rng;
 use crate::soup::Soup;
 
@@ -15,7 +15,7 @@ const HALF: f32 = 100.0;
 const OCTAVES: u32 = 6;
 
 /// About so many triangles: two thirds of them ground.
-pub(crate) fn terrain(seed: u64, triangles: usize) -> Scenery {
+pub(crate) fn terrain(seed: u64, triangles: usize) -> BenchScene {
     let ground = Ground { seed };
     let mut soup = Soup::default();
     let cells = ((triangles as f64 / 3.0).sqrt().round() as usize).max(1);
@@ -39,8 +39,8 @@ pub(crate) fn terrain(seed: u64, triangles: usize) -> Scenery {
         let middle = ground.at(rng.between(-HALF, HALF), rng.between(-HALF, HALF)) + Vec3::Y * radius * 0.6;
         soup.add(ball.iter().map(|p| middle + *p * radius), &faces);
     }
-    let eye = ground.at(-62.0, -55.0) + Vec3::Y * 9.0;
-    Scenery { soup, eye: Eye::look_at(eye, ground.at(10.0, 15.0), 0.6) }
+    let camera = ground.at(-62.0, -55.0) + Vec3::Y * 9.0;
+    BenchScene { soup, camera: PinholeCamera::look_at(camera, ground.at(10.0, 15.0), 0.6) }
 }
 
 /// Value noise: random heights on a grid, smoothly between, summed over octaves.
