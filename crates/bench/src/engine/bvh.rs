@@ -6,7 +6,7 @@ use bvh::bvh::Bvh;
 use glam::Vec3;
 use nalgebra::{Point3, Vector3};
 
-use super::{Class, Engine, Prepared, ThreadPool, Tree, moeller};
+use super::{Class, Engine, Prepared, ThreadPool, Tree, moller_trumbore};
 use crate::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
@@ -103,7 +103,7 @@ impl Tree for BuiltTree {
                 if best.is_hit() && entry.is_some_and(|(entry, _)| entry > best.t) {
                     break;
                 }
-                if let Some((t, u, v)) = moeller::hit(ray, &shape.corners).filter(|hit| hit.0 <= best.t) {
+                if let Some((t, u, v)) = moller_trumbore::hit(ray, &shape.corners).filter(|hit| hit.0 <= best.t) {
                     best = Answer { t, u, v, primitive: shape.primitive, mesh: 0 };
                 }
             }
@@ -116,7 +116,7 @@ impl Tree for BuiltTree {
             let query = engine_ray(ray);
             // Its other iterator has a stack of 32 places, and panics when a tree is deeper.
             let mut shapes = self.tree.nearest_traverse_iterator(&query, &self.shapes);
-            *slot = shapes.any(|shape| moeller::hit(ray, &shape.corners).is_some_and(|hit| hit.0 <= ray.t_max));
+            *slot = shapes.any(|shape| moller_trumbore::hit(ray, &shape.corners).is_some_and(|hit| hit.0 <= ray.t_max));
         }
     }
 }

@@ -10,7 +10,7 @@ mod thread_pool;
 #[cfg(all(feature = "embree", unix))]
 mod embree;
 #[cfg(any(feature = "bvh", feature = "parry3d", feature = "obvhs"))]
-mod moeller;
+mod moller_trumbore;
 #[cfg(feature = "obvhs")]
 mod obvhs;
 mod kinetree;

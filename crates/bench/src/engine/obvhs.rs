@@ -9,7 +9,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::RayHit;
 use obvhs::triangle::Triangle;
 
-use super::{Class, Engine, Prepared, ThreadPool, Tree, moeller};
+use super::{Class, Engine, Prepared, ThreadPool, Tree, moller_trumbore};
 use crate::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
@@ -81,7 +81,7 @@ impl Tree for BuiltTree {
                 let place = hit.primitive_id as usize;
                 let Triangle { v0, v1, v2 } = self.triangles[place];
                 // Its own function for the weights divides by the length of the normal too often.
-                let (_, u, v) = moeller::hit(ray, &[v0, v1, v2].map(Into::into)).unwrap_or_default();
+                let (_, u, v) = moller_trumbore::hit(ray, &[v0, v1, v2].map(Into::into)).unwrap_or_default();
                 Answer { t: hit.t, u, v, primitive: self.tree.primitive_indices[place], mesh: 0 }
             } else {
                 Answer::MISS

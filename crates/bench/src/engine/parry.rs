@@ -5,7 +5,7 @@ use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::details::local_ray_intersection_with_triangle;
 
-use super::{Class, Engine, Facts, Prepared, ThreadPool, Tree, moeller};
+use super::{Class, Engine, Facts, Prepared, ThreadPool, Tree, moller_trumbore};
 use crate::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
@@ -81,7 +81,7 @@ impl Tree for BuiltTree {
             let found = self.tree.cast_ray(&query, t_max, |primitive, best| self.hit(primitive, &query, best));
             *slot = found.map_or(Answer::MISS, |(primitive, t)| {
                 let corners = self.corners[primitive as usize].map(|p| p.to_array().into());
-                let (_, u, v) = moeller::hit(ray, &corners).unwrap_or_default();
+                let (_, u, v) = moller_trumbore::hit(ray, &corners).unwrap_or_default();
                 Answer { t, u, v, primitive, mesh: 0 }
             });
         }
