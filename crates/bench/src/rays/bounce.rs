@@ -17,7 +17,7 @@ impl HitPoints {
     /// Of those rays that hit something, in their order.
     pub(crate) fn of(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Self {
         let hits = rays.iter().zip(answers).filter(|(_, answer)| answer.is_hit());
-        Self(hits.filter_map(|(ray, answer)| end(soup, ray, answer)).collect())
+        Self(hits.filter_map(|(ray, answer)| hit_point(soup, ray, answer)).collect())
     }
 
     /// `count` starting points, in order: each end about equally often.
@@ -42,24 +42,24 @@ impl HitPoints {
     /// To a light.
     pub(crate) fn to_light(&self, light: Vec3, count: usize) -> Vec<Ray> {
         let ray = |(point, _): (Vec3, Vec3)| {
-            let way = light - point;
-            let direction = way.try_normalize()?;
-            Some(Ray { t_max: way.length() * 0.999, ..Ray::new(point, direction) })
+            let offset = light - point;
+            let direction = offset.try_normalize()?;
+            Some(Ray { t_max: offset.length() * 0.999, ..Ray::new(point, direction) })
         };
         self.spread(count).filter_map(ray).collect()
     }
 }
 
 /// A light up and to the right of the camera, by a third of the usual distance: in a room, within the room as a rule.
-pub(crate) fn light(camera: &PinholeCamera, ends: &HitPoints) -> Vec3 {
-    let mut distances: Vec<f32> = ends.0.iter().map(|(point, _)| point.distance(camera.position)).collect();
+pub(crate) fn light(camera: &PinholeCamera, hit_points: &HitPoints) -> Vec3 {
+    let mut distances: Vec<f32> = hit_points.0.iter().map(|(point, _)| point.distance(camera.position)).collect();
     distances.sort_unstable_by(f32::total_cmp);
     let usual = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
-    let way = camera.up.normalize_or(Vec3::Y) + camera.right.normalize_or(Vec3::X);
-    camera.position + way * usual * 0.3
+    let offset = camera.up.normalize_or(Vec3::Y) + camera.right.normalize_or(Vec3::X);
+    camera.position + offset * usual * 0.3
 }
 
-fn end(soup: &Soup, ray: &Ray, answer: &Answer) -> Option<(Vec3, Vec3)> {
+fn hit_point(soup: &Soup, ray: &Ray, answer: &Answer) -> Option<(Vec3, Vec3)> {
     let normal = soup.normal(answer.primitive)?;
     let normal = if normal.dot(Vec3::from(ray.direction)) > 0.0 { -normal } else { normal };
     let point = ray.at(answer.t);

@@ -100,8 +100,8 @@ pub(crate) fn sets(
     trace: &dyn Fn(&[Ray]) -> Vec<Answer>,
 ) -> Vec<RaySet> {
     let primary = first::primary(&scene.camera, count(Kind::Primary));
-    let ends = bounce::HitPoints::of(&scene.soup, &primary, &trace(&primary));
-    let diffuse = |kind: Kind| ends.diffuse(count(kind), seed, 0);
+    let hit_points = bounce::HitPoints::of(&scene.soup, &primary, &trace(&primary));
+    let diffuse = |kind: Kind| hit_points.diffuse(count(kind), seed, 0);
     let make = |kind: Kind| match kind {
         Kind::Primary => primary.clone(),
         Kind::Diffuse => diffuse(kind),
@@ -113,8 +113,10 @@ pub(crate) fn sets(
         Kind::Bounce4 => (1..4).fold(diffuse(kind), |rays, bounce| {
             bounce::HitPoints::of(&scene.soup, &rays, &trace(&rays)).diffuse(count(kind), seed, bounce)
         }),
-        Kind::Shadow => ends.to_light(bounce::light(&scene.camera, &ends), count(kind)),
-        Kind::ShadowShort => ends.short(Vec3::from(scene.soup.bounds().extent()).length() * 0.02, count(kind), seed),
+        Kind::Shadow => hit_points.to_light(bounce::light(&scene.camera, &hit_points), count(kind)),
+        Kind::ShadowShort => {
+            hit_points.short(Vec3::from(scene.soup.bounds().extent()).length() * 0.02, count(kind), seed)
+        }
         Kind::Axis => first::axis_parallel(&scene.soup, count(kind), seed),
     };
     kinds.iter().map(|&kind| RaySet { kind, rays: make(kind) }).filter(|set| !set.rays.is_empty()).collect()
