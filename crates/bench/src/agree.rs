@@ -20,7 +20,7 @@ const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// How two lists of answers differ.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Differences {
+pub(crate) struct AnswerDifferences {
     /// How many rays were compared.
     pub(crate) rays: usize,
     /// How many answers differ.
@@ -31,7 +31,7 @@ pub(crate) struct Differences {
     pub(crate) first: Option<(usize, Answer, EngineAnswer)>,
 }
 
-impl Differences {
+impl AnswerDifferences {
     /// How many have no excuse.
     pub(crate) fn elsewhere(&self) -> usize {
         self.all - self.at_edges
@@ -151,7 +151,7 @@ impl ExactAnswers {
         expected: &[Answer],
         disputes: &[Dispute],
         question: Question,
-    ) -> Differences {
+    ) -> AnswerDifferences {
         // Disputes stand in the order of the rays.
         let as_asked = |answer: Answer| match question {
             Question::Closest => EngineAnswer::Nearest(answer),
@@ -161,7 +161,7 @@ impl ExactAnswers {
             .reference_errors(expected)
             .filter(|wrong| disputes.binary_search_by_key(&wrong.ray, |dispute| dispute.ray).is_err());
         let agreed = agreed.map(|wrong| Dispute { given: as_asked(expected[wrong.ray]), ..wrong });
-        let mut differences = Differences { rays: rays.len(), ..Differences::default() };
+        let mut differences = AnswerDifferences { rays: rays.len(), ..AnswerDifferences::default() };
         for Dispute { ray, given } in disputes.iter().copied().chain(agreed) {
             let truth = self.by_ray.get(&ray).copied().unwrap_or(expected[ray]);
             if !given.agrees(&truth) {
@@ -228,7 +228,7 @@ mod tests {
         given: EngineAnswer,
         question: Question,
         triangle_tests: usize,
-    ) -> Differences {
+    ) -> AnswerDifferences {
         let (soup, rays, expected) = (soup(), [ray], [expected]);
         let disputes = disputes(&expected, [given]);
         let disputed = disputes.iter().map(|dispute| dispute.ray).collect();

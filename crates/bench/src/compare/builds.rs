@@ -122,7 +122,7 @@ fn row(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, unit: Un
         count: 0,
         times: Vec::new(),
         walls: Vec::new(),
-        differ: None,
+        wrong_answers: None,
         work: None,
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::lineup::{BuiltEngine, guarded};
 use super::traces::named;
 use super::{Log, Plan};
-use crate::agree::{Differences, Dispute, EngineAnswer, ExactAnswers, disputes};
+use crate::agree::{AnswerDifferences, Dispute, EngineAnswer, ExactAnswers, disputes};
 use crate::case::{Case, leeway};
 use crate::engine::FAST_PRECISION_SUFFIX;
 use crate::engine::{Batch, Reference};
@@ -18,7 +18,7 @@ use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
 use crate::rays::Kind;
 use crate::rays::{Question, RaySet};
-use crate::report::Differ;
+use crate::report::WrongAnswers;
 use crate::soup::Soup;
 
 /// How many triangle tests the exact search is given for its sample, in a full run and in a quick
@@ -28,7 +28,7 @@ const SAMPLE_TRIANGLE_TESTS: [usize; 2] = [400_000_000, 60_000_000];
 const DISPUTE_TRIANGLE_TESTS: [usize; 2] = [40_000_000_000, 1_000_000_000];
 
 /// Of engine (with the name of its batch), whether rays came one by one, and set.
-pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), Differ>;
+pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), WrongAnswers>;
 
 /// What came of it.
 #[derive(Debug, Default)]
@@ -73,7 +73,7 @@ pub(crate) fn check(
 /// The reference against the exact search, on as many rays as there is time for.
 fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer>], log: &mut Log) -> bool {
     let sample = (SAMPLE_TRIANGLE_TESTS[usize::from(plan.quick)] / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
-    let mut differences = Differences::default();
+    let mut differences = AnswerDifferences::default();
     for (set, answers) in sets.iter().zip(expected) {
         let stride = (set.rays.len() / sample).max(1);
         let rays: Vec<Ray> = set.rays.iter().step_by(stride).copied().collect();
@@ -126,7 +126,7 @@ fn compare_engines(
     });
     let mut triangle_tests = DISPUTE_TRIANGLE_TESTS[usize::from(plan.quick)];
     let mut exact_answers = Vec::new();
-    let (mut settled, mut unsettled, mut reference) = (0, 0, Differences::default());
+    let (mut settled, mut unsettled, mut reference) = (0, 0, AnswerDifferences::default());
     for (at, (set, answers)) in sets.iter().zip(expected).enumerate() {
         let calls = collected.iter().flatten().filter(|call| call.set == at);
         let disputed: Vec<usize> = calls.flat_map(|call| &call.disputes).map(|dispute| dispute.ray).collect();
@@ -162,7 +162,7 @@ fn count_wrong_answers(
     log: &mut Log,
     checked: &mut Checked,
 ) {
-    let mut total = Differences::default();
+    let mut total = AnswerDifferences::default();
     let mut notes = Vec::new();
     for call in calls {
         let set = &sets[call.set];
@@ -172,8 +172,8 @@ fn count_wrong_answers(
         if differences.elsewhere() > 0 {
             notes.push(describe(&name, set, &differences, soup));
         }
-        let differ = Differ { all: differences.all, elsewhere: differences.elsewhere() };
-        checked.disagreements.insert((name, call.batch.is_none(), set.kind), differ);
+        let wrong_answers = WrongAnswers { all: differences.all, elsewhere: differences.elsewhere() };
+        checked.disagreements.insert((name, call.batch.is_none(), set.kind), wrong_answers);
         total = total.and(differences);
     }
     log.say(&format!(
@@ -238,7 +238,7 @@ fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut
     guarded(|| Ok(ask())).ok()
 }
 
-fn describe(engine: &str, set: &RaySet, differences: &Differences, soup: &Soup) -> String {
+fn describe(engine: &str, set: &RaySet, differences: &AnswerDifferences, soup: &Soup) -> String {
     let (name, count) = (set.kind.name(), differences.elsewhere());
     let mut text = format!("    {engine} differs on {name}: {count} rays away from edges");
     if let Some((ray, expected, given)) = differences.first {
@@ -333,7 +333,7 @@ mod tests {
         let mut checked = Checked::default();
         compare_engines(&Plan::minimal(), &scene.soup, &sets, &expected, &mut lineup, &mut log, &mut checked);
         assert!(checked.kinetree_is_wrong && !checked.some_engine_differs);
-        assert!(checked.disagreements.values().all(|differ| differ.all == 0));
+        assert!(checked.disagreements.values().all(|wrong_answers| wrong_answers.all == 0));
     }
 
     #[test]

@@ -47,9 +47,9 @@ pub(crate) fn run(
             for (contender, times) in contenders.iter().zip(times) {
                 let row = contender.row(case, set, threads);
                 let single = contender.batch.is_none();
-                let differ = disagreements.get(&(row.engine.clone(), single, set.kind)).copied();
+                let wrong_answers = disagreements.get(&(row.engine.clone(), single, set.kind)).copied();
                 let work = work.get(&row.engine).filter(|_| single).copied();
-                rows.extend(Row { differ, work, ..row }.with_times(&times));
+                rows.extend(Row { wrong_answers, work, ..row }.with_times(&times));
             }
         }
     }
@@ -168,7 +168,7 @@ impl Contender<'_> {
             count: set.rays.len(),
             times: Vec::new(),
             walls: Vec::new(),
-            differ: None,
+            wrong_answers: None,
             work: None,
         }
     }

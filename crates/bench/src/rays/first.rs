@@ -21,7 +21,7 @@ pub(crate) fn primary(camera: &PinholeCamera, count: usize) -> Vec<Ray> {
     let mut rays = Vec::with_capacity(side * side);
     for tile in 0..tiles * tiles {
         let (left, top) = (tile % tiles * TILE, tile / tiles * TILE);
-        rays.exthit_point((0..TILE * TILE).map(|at| pixel(left + at % TILE, top + at / TILE)));
+        rays.extend((0..TILE * TILE).map(|at| pixel(left + at % TILE, top + at / TILE)));
     }
     rays
 }

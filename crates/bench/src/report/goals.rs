@@ -43,11 +43,12 @@ impl Record {
             let others =
                 self.rows.iter().filter(|other| other.case == row.case && !other.times.is_empty() && rival(other));
             let best = others.min_by(|a, b| a.seconds().total_cmp(&b.seconds()))?;
-            let differ = best.differ.filter(|differ| differ.elsewhere > 0);
-            let differ =
-                differ.map_or_else(String::new, |differ| format!(", which gives {} wrong answers", differ.elsewhere));
+            let wrong_answers = best.wrong_answers.filter(|wrong_answers| wrong_answers.elsewhere > 0);
+            let wrong_answers = wrong_answers.map_or_else(String::new, |wrong_answers| {
+                format!(", which gives {} wrong answers", wrong_answers.elsewhere)
+            });
             let log_ratios = LogRatios::of_times(&row.times, &best.times);
-            Some(CaseRatio { case: row.case.clone(), note: format!("of {}{differ}", best.engine), log_ratios })
+            Some(CaseRatio { case: row.case.clone(), note: format!("of {}{wrong_answers}", best.engine), log_ratios })
         };
         let growth = |row: &&Row| row.case.starts_with(super::GROWTH);
         self.rows.iter().filter(|row| !growth(row) && row.is_kinetree() && ours(row)).filter_map(find).collect()

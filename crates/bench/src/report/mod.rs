@@ -11,7 +11,7 @@ mod goal;
 pub(crate) use chart::chart;
 pub(crate) use goals::{UNINDEXED, goals};
 pub(crate) use record::{Record, TreeNote};
-pub(crate) use row::{Differ, Metric, PerRay, Row, Unit, json};
+pub(crate) use row::{Metric, PerRay, Row, Unit, WrongAnswers, json};
 pub(crate) use table::table;
 
 /// Names of the cases of growth begin so; the number of triangles follows.

@@ -61,7 +61,7 @@ impl Unit {
 
 /// How many answers of an engine were not those of the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Differ {
+pub(crate) struct WrongAnswers {
     /// Everywhere.
     pub(crate) all: usize,
     /// Of those, not at the edge of a triangle.
@@ -114,7 +114,7 @@ pub(crate) struct Row {
     /// The same by the wall, whatever the others are by.
     pub(crate) walls: Vec<Vec<f64>>,
     /// Of rays.
-    pub(crate) differ: Option<Differ>,
+    pub(crate) wrong_answers: Option<WrongAnswers>,
     /// Of rays.
     pub(crate) work: Option<PerRay>,
 }
@@ -252,7 +252,7 @@ pub(crate) fn example(engine: &str, class: Class, robust: bool, times: &[f64]) -
         count: 1_000_000,
         times: Vec::new(),
         walls: Vec::new(),
-        differ: None,
+        wrong_answers: None,
         work: None,
     };
     let times: Vec<Elapsed> = times.iter().map(|time| Elapsed { wall: *time, processor: *time }).collect();

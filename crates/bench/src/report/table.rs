@@ -69,8 +69,8 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
         let _ =
             write!(text, "  {nodes:.1} nodes, {blocks:.1} blocks, {triangles:.1} triangles, {lines:.0} lines a ray");
     }
-    if let Some(differ) = row.differ.filter(|differ| differ.all > 0) {
-        let _ = write!(text, "  {} answers differ, {} not at edges", differ.all, differ.elsewhere);
+    if let Some(wrong_answers) = row.wrong_answers.filter(|wrong_answers| wrong_answers.all > 0) {
+        let _ = write!(text, "  {} answers differ, {} not at edges", wrong_answers.all, wrong_answers.elsewhere);
     }
     while text.ends_with(' ') {
         text.pop();
@@ -80,15 +80,15 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::row::{Differ, example};
+    use super::super::row::{WrongAnswers, example};
     use super::*;
     use crate::engine::Class;
 
     #[test]
     fn ours_stands_with_its_ratios_and_the_fastest_stands_first() {
-        let differ = Some(Differ { all: 7, elsewhere: 3 });
+        let wrong_answers = Some(WrongAnswers { all: 7, elsewhere: 3 });
         let rows = [
-            Row { differ, ..example("embree medium", Class::Fast, false, &[0.5, 0.5]) },
+            Row { wrong_answers, ..example("embree medium", Class::Fast, false, &[0.5, 0.5]) },
             example("kinetree", Class::Fast, true, &[0.25, 0.25]),
             example("embree medium robust", Class::Fast, true, &[1.0, 1.0]),
         ];
