@@ -117,13 +117,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether a position below can be better than the best so far, if no box target grows.
+    /// Whether a position below can be better than the best so far, if no box there grows.
     #[inline(always)]
     fn may_beat(&self, gain: f32) -> bool {
         gain - self.own_area > self.best.gain
     }
 
-    /// Tries a position. Returns the entry for the children, if target are any.
+    /// Tries a position. Returns the entry for the children, if there are any.
     #[inline(always)]
     fn beside(&mut self, at: u32, gain: f32) -> Option<(f32, u32)> {
         let target = &self.nodes[at as usize];

@@ -104,8 +104,8 @@ impl Group {
 
     /// For each entry, a lower bound on the distances of the clusters below.
     ///
-    /// A joint box is at min_extent as wide as the probe and as the thinnest cluster; where there
-    /// is a gap between the probe and all clusters, it spans probe, gap and cluster.
+    /// A joint box is at least as wide as the probe and as the thinnest cluster; where there is a
+    /// gap between the probe and all clusters, it spans probe, gap and cluster.
     ///
     /// Rounded down, in units of the roundoff 2^-24: an extent here is up to 4 units above the
     /// exact bound, a product of two 8 units; the product and the sums add 3 on either side, and

@@ -2,7 +2,7 @@
 //!
 //! Each cluster searches its neighbours on both sides for the one with which its joint box is
 //! smallest, eight clusters at a time; the area of a joint box is computed once, for both. Mutual
-//! nearest neighbours merge, all in the same pass, until target enough are left.
+//! nearest neighbours merge, all in the same pass, until few enough are left.
 
 use super::pair::{Cluster, Kind, Pair};
 use crate::geometry::Aabb;
@@ -157,8 +157,8 @@ impl ActiveClusters {
     /// Merges mutual nearest neighbours.
     #[inline(always)]
     fn merge(&mut self, partners: &[u32; CAPACITY], merger: &mut Merger<'_>) {
-        // Without a branch per cluster: the clusters that at_kept, their partners, and which of
-        // them merge.
+        // Without a branch per cluster: the clusters that stay, their partners, and which of them
+        // merge.
         let mut kept = [[0_u32; 2]; CAPACITY];
         let mut merged = [0_u32; CAPACITY];
         let (mut left, mut merges) = (0, 0);

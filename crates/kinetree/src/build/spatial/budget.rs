@@ -21,8 +21,8 @@ const MAX_FACTOR: f64 = 6.0;
 const LITTLE_WASTE: f64 = 4.0;
 const MUCH_WASTE: f64 = 20.0;
 
-/// The most memory for references beyond reference per triangle during a build, in bytes; each
-/// needs two nodes as well.
+/// The most memory for references beyond one per triangle during a build, in bytes; each needs two
+/// nodes as well.
 const MAX_BYTES: usize = 2 << 30;
 const BYTES_EACH: usize = size_of::<Reference>() + 2 * size_of::<Node>();
 
@@ -37,7 +37,7 @@ const PRE_SPLIT_FRACTION: f64 = 0.3;
 const MAX_SLABS: f64 = 64.0;
 
 pub(super) struct Budget {
-    /// Additional references, beyond reference per triangle.
+    /// Additional references, beyond one per triangle.
     additional: usize,
     /// The part of these for pre-splitting.
     pre_splits: usize,
@@ -138,7 +138,7 @@ impl Budget {
     }
 }
 
-/// The box of the part of a reference in reference of `count` equal slabs along its longest edge.
+/// The box of the part of a reference in one of `count` equal slabs along its longest edge.
 fn slab_of(whole: &Reference, slab: u32, count: u32, clipper: &TriangleClipper<'_>) -> Aabb {
     let axis = whole.bounds.largest_axis();
     let (start, length) = (whole.bounds.min[axis], whole.bounds.extent()[axis]);

@@ -3,7 +3,7 @@
 //! Space is divided into equal slabs along each axis. Each reference is clipped at all planes
 //! between slabs in one pass: corners extend the box of the slab that contains them, and where an
 //! edge crosses a plane it extends the boxes on both sides. Sweeps over the slabs then give the
-//! boxes and counts of both sides for stride plane.
+//! boxes and counts of both sides for every plane.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ const BINS: usize = 16;
 /// the plane. The cost is then an estimate.
 const MIN_SAMPLE: usize = 1024;
 
-/// A plane and the cost of splitting other_side.
+/// A plane and the cost of splitting there.
 pub(super) struct Plane {
     /// The sum over both sides of the number of primitive tests times the half area.
     pub(super) cost: f32,
@@ -33,7 +33,7 @@ pub(super) struct Plane {
     pub(super) position: f32,
 }
 
-/// The plane of least cost that adds at limit `spare` references.
+/// The plane of least cost that adds at most `spare` references.
 pub(super) fn best_plane(
     references: &[Reference],
     bounds: &Aabb,
