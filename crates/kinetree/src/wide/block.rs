@@ -1,20 +1,21 @@
-//! Four triangles, tested at once.
+//! Blocks of four triangles, which are tested together.
 
 use crate::geometry::{Aabb, Triangle};
 use crate::simd::Isa;
 
-/// How many triangles a block has room for.
+/// The number of triangles in a full block.
 pub(crate) const BLOCK: usize = 4;
 
-/// The corners of up to four triangles, in three cache lines. A lane that is not in use has corners that are no numbers, which no ray hits.
+/// The corners of up to four triangles, in three cache lines. The corners of an unused lane are
+/// NaN, which no ray hits.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
     /// `corners[corner][axis][lane]`.
     pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
-    /// Numbers as the caller gave them; those of unused lanes are the same as the first.
+    /// The caller's triangle indices; unused lanes repeat the first.
     pub(crate) primitives: [u32; BLOCK],
-    /// See [`Triangle::extent`]; of unused lanes no numbers.
+    /// See [`Triangle::extent`]; NaN in unused lanes.
     extents: [f32; BLOCK],
     /// Lanes in use come first.
     pub(crate) count: u32,
@@ -40,7 +41,7 @@ impl TriangleBlock {
         block
     }
 
-    /// The same as `new`, of triangles with these vertices.
+    /// As `new`, for indexed triangles.
     #[inline(always)]
     pub(super) fn gather<I: Isa>(isa: I, primitives: &[u32], indices: &[[u32; 3]], positions: &[[f32; 3]]) -> Self {
         let count = primitives.len();
@@ -50,8 +51,8 @@ impl TriangleBlock {
         for lane in 0..BLOCK {
             vertices[lane] = indices[numbers[lane] as usize];
         }
-        let nothing = isa.splat4(0.0);
-        let mut corners = [[nothing; 3]; 3];
+        let zero = isa.splat4(0.0);
+        let mut corners = [[zero; 3]; 3];
         for corner in 0..3 {
             let [x, y, z, _] = isa.transpose4([
                 isa.load3(&positions[vertices[0][corner] as usize]),
@@ -72,7 +73,7 @@ impl TriangleBlock {
         block
     }
 
-    /// Fetches the corners again.
+    /// Updates the corners.
     #[inline]
     pub(crate) fn move_to(&mut self, triangle_of: impl Fn(u32) -> Triangle) {
         for lane in 0..self.count as usize {
@@ -91,33 +92,35 @@ impl TriangleBlock {
         Triangle { corners: [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| self.corners[corner][axis][lane])) }
     }
 
-    /// As rows of four: number `corner * 3 + axis` has a coordinate of that corner. There are more rows than that, so that any axis below four is inside.
+    /// The block as rows of four floats: row `corner * 3 + axis` has that coordinate of that
+    /// corner. The rows after the ninth make an index with any axis below four valid.
     #[inline(always)]
     pub(crate) fn rows(&self) -> &[[f32; BLOCK]; 12] {
         bytemuck::cast_ref(self)
     }
 
-    /// The longest edges of the boxes of the triangles.
+    /// The longest edges of the boxes of the four triangles.
     #[inline(always)]
     pub(crate) fn extents(&self) -> &[f32; BLOCK] {
         &self.extents
     }
 
-    /// Writes the corners of all lanes, of which those in use count, and gives the box of each.
+    /// Writes the corners of the lanes in use, and returns the lower and upper corners of the boxes
+    /// of all lanes.
     #[inline(always)]
     pub(super) fn set_corners<I: Isa>(&mut self, isa: I, corners: [[I::F4; 3]; 3]) -> [[I::F4; 3]; 2] {
-        let nothing = isa.splat4(f32::NAN);
+        let nan = isa.splat4(f32::NAN);
         let (mut min, mut max) = (corners[0], corners[0]);
         let mut extents = isa.splat4(0.0);
         for axis in 0..3 {
             for corner in 0..3 {
-                self.corners[corner][axis] = isa.store4(isa.blend_prefix(self.count, corners[corner][axis], nothing));
+                self.corners[corner][axis] = isa.store4(isa.blend_prefix(self.count, corners[corner][axis], nan));
                 min[axis] = isa.min4(min[axis], corners[corner][axis]);
                 max[axis] = isa.max4(max[axis], corners[corner][axis]);
             }
             extents = isa.max4(isa.sub4(max[axis], min[axis]), extents);
         }
-        self.extents = isa.store4(isa.blend_prefix(self.count, extents, nothing));
+        self.extents = isa.store4(isa.blend_prefix(self.count, extents, nan));
         [min, max]
     }
 
@@ -127,19 +130,19 @@ impl TriangleBlock {
         0b1111 >> ((BLOCK as u32 - self.count) & 3)
     }
 
-    /// Numbers of the triangles.
+    /// The caller's triangle indices.
     pub fn primitives(&self) -> &[u32] {
         &self.primitives[..self.count as usize]
     }
 
-    /// The box that a tree keeps for one of these triangles, as
+    /// The padded box of the triangle in a lane, as
     /// [`Triangles::bounds_of`](crate::geometry::Triangles::bounds_of).
     #[inline]
     pub(crate) fn bounds_of(&self, lane: usize) -> Aabb {
         self.triangle(lane).bounds().padded()
     }
 
-    /// The box that a tree keeps for these triangles.
+    /// The padded box of the triangles in the block.
     #[inline]
     pub(crate) fn bounds(&self) -> Aabb {
         (0..self.count as usize).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds_of(lane)))

@@ -1,7 +1,7 @@
-//! A tree as bytes, bound to the mesh it was grown over.
+//! Serialization of a tree, bound to its mesh by a fingerprint.
 //!
-//! What follows from the rest is not written: corners are those of the mesh, parents follow from links, and the order of the lanes from their boxes.
-//! All numbers are little-endian. In this order:
+//! Redundant data are not written: corners come from the mesh, parents from the links. All numbers
+//! are little-endian. The format is:
 //!
 //! | what | bytes |
 //! |---|---|
@@ -12,10 +12,11 @@
 //! | the box around everything: least corner, greatest corner | 24 |
 //! | each node: number of lanes; each lane: box, link | 1; 24, 4 |
 //! | each block: number of triangles; the triangles | 1; 4 each |
-//! | digest of all that stands before | 8 |
+//! | digest of the bytes before | 8 |
 //!
-//! Reading believes nothing: lengths are compared with the bytes that are there before anything is allocated, and what was read has to keep every promise
-//! of a tree. So bytes that are read give a tree that can be walked without harm, whoever wrote them.
+//! Reading validates everything: lengths are compared with the number of bytes before anything is
+//! allocated, and the tree must keep all promises. So reading any bytes gives an error or a tree
+//! that is safe to traverse.
 
 use thiserror::Error;
 
@@ -31,62 +32,63 @@ const MAGIC: [u8; 8] = *b"kinetree";
 const VERSION: u32 = 1;
 const BOX_BYTES: usize = 24;
 const LANE_BYTES: usize = BOX_BYTES + 4;
-const LEAST_NODE_BYTES: usize = 1 + LANE_BYTES;
-const LEAST_BLOCK_BYTES: usize = 1 + 4;
-const HEAD_BYTES: usize = 8 + 4 + 4 + 8 + 4 + 4 + BOX_BYTES;
+const MIN_NODE_BYTES: usize = 1 + LANE_BYTES;
+const MIN_BLOCK_BYTES: usize = 1 + 4;
+const HEADER_BYTES: usize = 8 + 4 + 4 + 8 + 4 + 4 + BOX_BYTES;
 const DIGEST_BYTES: usize = 8;
 
 /// Why bytes were refused as a tree, or as a [file of trees](crate::tree_file::TreeFile).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum TreeFileError {
-    /// They do not begin with the letters that every tree begins with.
+    /// The magic bytes of a tree are missing.
     #[error("this is no tree of kinetree's")]
     NotATree,
-    /// They do not begin with the letters that every file of trees begins with.
+    /// The magic bytes of a file of trees are missing.
     #[error("this is no file of trees; `kinetree bake` makes one")]
     NotATreeFile,
-    /// Written in another version of the format.
+    /// The bytes have another version of the format.
     #[error("the trees were written in format {found}, and only format {supported} is read; bake them again")]
     OtherVersion {
-        /// The version that stands in the bytes.
+        /// The version of the bytes.
         found: u32,
         /// The only version that is read.
         supported: u32,
     },
-    /// Cut short, or changed since they were written.
+    /// The bytes are truncated, or have changed since they were written.
     #[error("the trees are damaged: they are not what was written; bake them again")]
     Damaged,
-    /// Grown over other positions or other triangles.
+    /// The tree was built over other positions or other triangles.
     #[error("the tree is one of another mesh, or the mesh has changed since; bake it again")]
     OtherMesh,
-    /// The digest is right, but what it stands under is none of our trees.
+    /// The digest is right, but the tree is invalid.
     #[error("the tree is not sound: {what}; bake it again")]
     Unsound {
         /// What was found.
         what: &'static str,
     },
-    /// As before: a promise of [`MeshBvh`] is broken.
+    /// The digest is right, but the tree breaks a promise of [`MeshBvh`].
     #[error("the tree is not sound: {0}; bake it again")]
     Broken(#[from] Violation),
 }
 
-/// The [fingerprint](Triangles::fingerprint) of the mesh whose tree these bytes are. The digest is checked, the tree itself is not.
+/// The [fingerprint](Triangles::fingerprint) of the mesh of a serialized tree. Checks the digest,
+/// but not the tree.
 ///
 /// # Errors
-/// The bytes are no tree, or damaged.
+/// The bytes are not a tree, or damaged.
 pub fn fingerprint_in(bytes: &[u8]) -> Result<u64, TreeFileError> {
-    Ok(Head::read(&mut Reader::open(bytes)?)?.fingerprint)
+    Ok(Header::read(&mut Reader::open(bytes)?)?.fingerprint)
 }
 
 impl MeshBvh {
-    /// The tree as bytes that [`MeshBvh::from_bytes`] makes the same tree of, given the same triangles. `triangles` are those that it stands over.
+    /// Serializes the tree, for [`MeshBvh::from_bytes`]. `triangles` must be those of the tree.
     pub fn to_bytes(&self, triangles: &Triangles) -> Vec<u8> {
         let (nodes, blocks) = (self.tree().nodes(), self.blocks());
         let lanes: usize = nodes.iter().map(|node| node.lanes().count()).sum();
         let primitives: usize = blocks.iter().map(|block| block.primitives().len()).sum();
         let body = nodes.len() + lanes * LANE_BYTES + blocks.len() + primitives * 4;
-        let mut to = Vec::with_capacity(HEAD_BYTES + body + DIGEST_BYTES);
+        let mut to = Vec::with_capacity(HEADER_BYTES + body + DIGEST_BYTES);
         to.extend(MAGIC);
         to.extend(VERSION.to_le_bytes());
         to.extend((triangles.len() as u32).to_le_bytes());
@@ -98,7 +100,7 @@ impl MeshBvh {
             to.push(node.lanes().count() as u8);
             for (lane, link) in node.lanes() {
                 write_box(&mut to, &node.bounds(lane));
-                to.extend(in_file(link).to_le_bytes());
+                to.extend(serialized(link).to_le_bytes());
             }
         }
         for block in blocks {
@@ -109,39 +111,41 @@ impl MeshBvh {
         to
     }
 
-    /// A tree that [`MeshBvh::to_bytes`] wrote, for the same triangles: the same to the bit, but that the lanes of a refitted one are sorted anew.
+    /// Reads a tree that [`MeshBvh::to_bytes`] wrote, for the same triangles: the same nodes and
+    /// blocks, bit by bit.
     ///
-    /// What is given back keeps promises 1 to 10 of [`MeshBvh`], as [`MeshBvh::validate`] checks
-    /// them; that there is no gap between the boxes of a triangle that spatial splits cut rests on
+    /// The result keeps promises 1 to 10 of [`MeshBvh`], as checked by [`MeshBvh::validate`]. That
+    /// the boxes of a triangle which spatial splits cut leave no gap is not checked; it relies on
     /// the digest.
     ///
     /// # Errors
-    /// The bytes are no tree, damaged, a tree of other triangles, or break a promise.
+    /// The bytes are not a tree, are damaged, belong to other triangles, or break a promise.
     pub fn from_bytes(bytes: &[u8], triangles: &Triangles) -> Result<Self, TreeFileError> {
         let mut from = Reader::open(bytes)?;
-        let head = Head::read(&mut from)?;
-        if head.triangles as usize != triangles.len() || head.fingerprint != triangles.fingerprint() {
+        let header = Header::read(&mut from)?;
+        if header.triangles as usize != triangles.len() || header.fingerprint != triangles.fingerprint() {
             return Err(TreeFileError::OtherMesh);
         }
-        let least = head.nodes.checked_mul(LEAST_NODE_BYTES).zip(head.blocks.checked_mul(LEAST_BLOCK_BYTES));
-        let fits = least.and_then(|(nodes, blocks)| nodes.checked_add(blocks)).is_some_and(|all| all <= from.0.len());
-        if !fits || head.nodes > WideLink::MAX_NODE as usize || head.blocks > WideLink::MAX_ITEM as usize {
+        let min_bytes = header.nodes.checked_mul(MIN_NODE_BYTES).zip(header.blocks.checked_mul(MIN_BLOCK_BYTES));
+        let fits =
+            min_bytes.and_then(|(nodes, blocks)| nodes.checked_add(blocks)).is_some_and(|all| all <= from.0.len());
+        if !fits || header.nodes > WideLink::MAX_NODE as usize || header.blocks > WideLink::MAX_ITEM as usize {
             return Err(TreeFileError::Unsound { what: "more nodes or blocks than there are bytes for" });
         }
-        let nodes = read_nodes(&mut from, head.nodes)?;
-        let blocks = read_blocks(&mut from, head.blocks, triangles)?;
+        let nodes = read_nodes(&mut from, header.nodes)?;
+        let blocks = read_blocks(&mut from, header.blocks, triangles)?;
         if !from.0.is_empty() {
             return Err(TreeFileError::Unsound { what: "bytes behind the last block" });
         }
-        let tree = WideBvh { nodes, items: blocks.len() as u32, bounds: head.bounds };
-        let mesh = Self::from_parts(tree, blocks, head.triangles);
+        let tree = WideBvh { nodes, items: blocks.len() as u32, bounds: header.bounds };
+        let mesh = Self::from_parts(tree, blocks, header.triangles);
         mesh.validate()?;
         Ok(mesh)
     }
 }
 
-/// What stands before the nodes.
-struct Head {
+/// The header after the version.
+struct Header {
     triangles: u32,
     fingerprint: u64,
     nodes: usize,
@@ -149,7 +153,7 @@ struct Head {
     bounds: Aabb,
 }
 
-impl Head {
+impl Header {
     fn read(from: &mut Reader<'_>) -> Result<Self, TreeFileError> {
         Ok(Self {
             triangles: from.u32()?,
@@ -213,11 +217,11 @@ fn read_blocks(
     Ok(blocks)
 }
 
-/// What has not been read yet, without the digest.
+/// The bytes that have not been read yet, without the digest.
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
-    /// Behind the version. The digest has been compared.
+    /// Checks magic, version and digest, and returns a reader of what follows the version.
     fn open(bytes: &'a [u8]) -> Result<Self, TreeFileError> {
         let mut from = Self(bytes);
         if from.take().ok() != Some(MAGIC) {
@@ -253,7 +257,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A box that is the right way round, or the empty one.
+    /// Reads a box that is not inverted, or the empty one.
     fn bounds(&mut self) -> Result<Aabb, TreeFileError> {
         let mut planes = [0.0; 6];
         for plane in &mut planes {
@@ -266,8 +270,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The number of a node, or the bits of a link to items.
-fn in_file(link: WideLink) -> u32 {
+/// The serialized form of a link: the index of a node, or the bits of a link to items.
+fn serialized(link: WideLink) -> u32 {
     match link.target() {
         WideTarget::Node(node) => node,
         WideTarget::Items(_) => link.bits(),

@@ -1,6 +1,6 @@
-//! From two children to eight, at the least cost: see [`CollapseCosts`].
+//! Collapsing a binary tree to an eight-way tree of minimum cost: see [`CollapseCosts`].
 //!
-//! What has been found cheapest is written down from the root on, depth first, larger boxes before others.
+//! Nodes are written in depth-first order, with the children of a node ordered by expected cost.
 
 use std::ops::Range;
 
@@ -12,23 +12,24 @@ use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
 
-/// Subtrees whose roots are so many nodes below that of the whole are written at the same time, each for itself, and then put in their places.
+/// The depth of the roots of the subtrees that are written in parallel and then concatenated, in
+/// wide nodes.
 const DEPTH_OF_PARTS: u32 = 3;
 
-/// Smaller trees have no parts. (Nodes of the binary tree.)
-const SMALL: usize = 8192;
+/// Trees of up to this many binary nodes are written by one thread.
+const MAX_UNDIVIDED: usize = 8192;
 
-/// So many parts are one thread's.
-const PARTS: usize = 4;
+/// Parts per parallel task.
+const PARTS_PER_TASK: usize = 4;
 
-/// What nodes and leaves cost, and how large leaves may be.
+/// The costs of nodes and leaves, and the limits of leaves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Costs {
     pub(crate) node: f32,
     pub(crate) item: f32,
-    /// Primitives in an item.
+    /// The largest number of primitives in an item.
     pub(crate) item_size: usize,
-    /// Items in a leaf.
+    /// The largest number of items in a leaf.
     pub(crate) max_items: usize,
 }
 
@@ -49,42 +50,43 @@ impl Costs {
     }
 }
 
-/// What leaves lead to.
+/// The list of items that leaves link to.
 pub(crate) trait Items: Send + Sync {
-    /// Makes items of the primitives of one leaf more, given their places, and numbers them from 0 on.
-    fn add(&mut self, places: Range<u32>) -> Range<u32>;
+    /// Appends the items of a leaf, given the range of its primitives in the binary tree, and
+    /// returns their indices.
+    fn add(&mut self, range: Range<u32>) -> Range<u32>;
 
-    /// An empty list, for a part of the tree.
+    /// A new list, for a part of the tree.
     fn part(&self) -> Self;
 
-    /// The items of a part follow.
+    /// Appends the items of a part.
     fn append(&mut self, part: Self);
 }
 
-/// Collapses a binary tree. The leaves are added to `items` in their order.
+/// Collapses a binary tree. Leaves are added to `items` in depth-first order.
 pub(crate) fn collapse<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U) -> WideBvh {
-    write(binary, costs, threads, items, binary.node_count() > SMALL && !threads.is_single_and_unobserved())
+    write(binary, costs, threads, items, binary.node_count() > MAX_UNDIVIDED && !threads.is_single_and_unobserved())
 }
 
 fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U, in_parts: bool) -> WideBvh {
     if binary.nodes().is_empty() {
         return WideBvh::default();
     }
-    // Wide nodes are about an eighth as many.
+    // About one wide node per eight binary nodes.
     threads.begin_stage(1.0, binary.node_count() + binary.node_count() / 8);
     let collapse_costs = CollapseCosts::of(binary, costs, threads);
     if threads.is_cancelled() {
         return WideBvh::default();
     }
-    let roots = Roots { binary, costs: &collapse_costs, found: Vec::with_capacity(LANES) };
-    let of_parts = if in_parts { roots.clone().of_parts() } else { Vec::new() };
-    let mut parts: Vec<(u32, Option<Part<U>>)> = of_parts.into_iter().map(|root| (root, None)).collect();
+    let lanes = LaneSelection { binary, costs: &collapse_costs, found: Vec::with_capacity(LANES) };
+    let part_roots = if in_parts { lanes.clone().part_roots() } else { Vec::new() };
+    let mut parts: Vec<(u32, Option<Part<U>>)> = part_roots.into_iter().map(|root| (root, None)).collect();
     let empty = items.part();
     let level = Level::current();
-    threads.for_each(&mut parts, PARTS, &|_, (root, part)| {
+    threads.for_each(&mut parts, PARTS_PER_TASK, &|_, (root, part)| {
         let mut written = Part { nodes: Vec::new(), items: empty.part(), item_count: 0 };
         if !threads.is_cancelled() {
-            level.run(Write { part: &mut written, root: *root, roots: roots.clone(), parts: &mut std::iter::empty() });
+            level.run(Write { part: &mut written, root: *root, lanes: lanes.clone(), parts: &mut std::iter::empty() });
             threads.advance(written.nodes.len());
         }
         *part = Some(written);
@@ -92,27 +94,27 @@ fn write<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U
     if threads.is_cancelled() {
         return WideBvh::default();
     }
-    let room = if parts.is_empty() {
-        binary.node_count() / FEWEST + 1
+    let capacity = if parts.is_empty() {
+        binary.node_count() / MIN_BINARY_PER_WIDE + 1
     } else {
-        parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum::<usize>() + MOST_ABOVE
+        parts.iter().flat_map(|(_, part)| part).map(|part| part.nodes.len()).sum::<usize>() + MAX_ABOVE_PARTS
     };
-    let mut whole = Part { nodes: vec_in_large_pages(room), items: empty, item_count: 0 };
+    let mut output = Part { nodes: vec_in_large_pages(capacity), items: empty, item_count: 0 };
     let mut parts = parts.into_iter().filter_map(|(_, part)| part);
-    level.run(Write { part: &mut whole, root: 0, roots, parts: &mut parts });
-    whole.nodes.shrink_to_fit();
-    items.append(whole.items);
-    WideBvh { nodes: whole.nodes, items: whole.item_count, bounds: binary.bounds() }
+    level.run(Write { part: &mut output, root: 0, lanes, parts: &mut parts });
+    output.nodes.shrink_to_fit();
+    items.append(output.items);
+    WideBvh { nodes: output.nodes, items: output.item_count, bounds: binary.bounds() }
 }
 
-/// As a rule, no fewer nodes of the binary tree become a wide one.
-const FEWEST: usize = 4;
+/// The usual minimum of binary nodes per wide node, for the initial capacity.
+const MIN_BINARY_PER_WIDE: usize = 4;
 
-/// The most nodes above the parts.
-const MOST_ABOVE: usize = 1 + LANES + LANES * LANES;
+/// The largest number of nodes above the parts.
+const MAX_ABOVE_PARTS: usize = 1 + LANES + LANES * LANES;
 const _: () = assert!(DEPTH_OF_PARTS == 3);
 
-/// A subtree, numbered from 0 on.
+/// A subtree whose node and item indices start at 0.
 struct Part<U> {
     nodes: Vec<WideNode>,
     items: U,
@@ -120,9 +122,16 @@ struct Part<U> {
 }
 
 impl<U: Items> Part<U> {
-    /// Writes the subtree of a binary node, depth first. As long as there are parts, they stand for what is so far down.
+    /// Writes the subtree of a binary node, depth first. Subtrees at [`DEPTH_OF_PARTS`] are taken
+    /// from `parts` while there are any.
     #[inline(always)]
-    fn write(&mut self, isa: impl Isa, root: u32, mut roots: Roots<'_>, parts: &mut impl Iterator<Item = Self>) {
+    fn write(
+        &mut self,
+        isa: impl Isa,
+        root: u32,
+        mut lanes: LaneSelection<'_>,
+        parts: &mut impl Iterator<Item = Self>,
+    ) {
         let mut open = vec![(root, u32::MAX, 0)];
         while let Some((from, parent_lane, depth)) = open.pop() {
             let number = self.nodes.len() as u32;
@@ -137,24 +146,24 @@ impl<U: Items> Part<U> {
                 continue;
             }
             let mut node = WideNode::new(parent_lane);
-            roots.below(from);
+            lanes.select(from);
             let before = open.len();
-            for (lane, root) in roots.found.iter().enumerate() {
-                node.set_box(lane, &roots.binary.nodes()[root.node as usize].bounds);
+            for (lane, root) in lanes.found.iter().enumerate() {
+                node.set_box(lane, &lanes.binary.nodes()[root.node as usize].bounds);
                 node.in_use |= 1 << lane;
                 match &root.leaf {
-                    Some(places) => {
-                        let items = self.items.add(places.clone());
+                    Some(range) => {
+                        let items = self.items.add(range.clone());
                         self.item_count = items.end;
                         node.links[lane] = WideLink::items(items).bits();
                     }
                     None => {
-                        roots.costs.prefetch(isa, root.node);
+                        lanes.costs.prefetch(isa, root.node);
                         open.push((root.node, number * LANES as u32 + lane as u32, depth + 1));
                     }
                 }
             }
-            // The first lane comes next, so that a subtree stands together.
+            // The first lane goes on top of the stack, so that subtrees are contiguous (promise 7).
             open[before..].reverse();
             self.nodes.push(node);
         }
@@ -181,7 +190,7 @@ impl<U: Items> Part<U> {
 struct Write<'a, 'b, U, P> {
     part: &'a mut Part<U>,
     root: u32,
-    roots: Roots<'b>,
+    lanes: LaneSelection<'b>,
     parts: &'a mut P,
 }
 
@@ -190,30 +199,30 @@ impl<U: Items, P: Iterator<Item = Part<U>>> Kernel for Write<'_, '_, U, P> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
-        self.part.write(isa, self.root, self.roots, self.parts);
+        self.part.write(isa, self.root, self.lanes, self.parts);
     }
 }
 
-/// What a lane of a wide node leads to.
+/// The subtree of a lane of a wide node.
 #[derive(Clone)]
-struct Root {
+struct LaneRoot {
     node: u32,
-    /// What a ray that enters its box is expected to cost.
+    /// The expected cost of a ray that enters its box.
     cost: f32,
-    /// The places of its primitives, if it becomes a leaf.
+    /// The range of its primitives, if it becomes a leaf.
     leaf: Option<Range<u32>>,
 }
 
 #[derive(Clone)]
-struct Roots<'a> {
+struct LaneSelection<'a> {
     binary: &'a Bvh,
     costs: &'a CollapseCosts<'a>,
-    found: Vec<Root>,
+    found: Vec<LaneRoot>,
 }
 
-impl Roots<'_> {
-    /// The roots of the parts, in their order.
-    fn of_parts(mut self) -> Vec<u32> {
+impl LaneSelection<'_> {
+    /// The roots of the parts, in depth-first order.
+    fn part_roots(mut self) -> Vec<u32> {
         let mut parts = Vec::new();
         let mut open = vec![(0, 0)];
         while let Some((from, depth)) = open.pop() {
@@ -221,20 +230,20 @@ impl Roots<'_> {
                 parts.push(from);
                 continue;
             }
-            self.below(from);
+            self.select(from);
             open.extend(self.found.iter().rev().filter(|root| root.leaf.is_none()).map(|root| (root.node, depth + 1)));
         }
         parts
     }
 
-    /// Finds what the eight slots of a wide node are filled with. Those with the lowest expected
-    /// cost come first; equal ones keep their order. Queries for any hit visit lanes in this order:
-    /// a cheap subtree is done quickly, and a few large triangles hide most.
-    fn below(&mut self, node: u32) {
+    /// Finds the subtrees of the eight lanes of a wide node, in ascending order of cost; equal ones
+    /// keep the order of the binary tree. Any-hit queries visit lanes in this order: cheap subtrees
+    /// take the least time to search, and a few large triangles occlude most rays.
+    fn select(&mut self, node: u32) {
         self.found.clear();
         let subtree = self.of_node(node);
         match self.binary.nodes()[node as usize].link.target() {
-            // Only the root of the whole can be a leaf here.
+            // Only the root of the tree can be a leaf here.
             Target::Node(first) if subtree.leaf().is_none() => self.divide_slots(first, LANES),
             _ => self.push(node, &subtree),
         }
@@ -246,11 +255,11 @@ impl Roots<'_> {
 
     fn divide_slots(&mut self, first: u32, slots: usize) {
         let (left, right) = (self.of_node(first), self.of_node(first + 1));
-        let (mut to_left, mut least) = (1, f32::INFINITY);
-        for share in 1..slots {
-            let cost = left.roots[share - 1] + right.roots[slots - share - 1];
-            if cost < least {
-                (to_left, least) = (share, cost);
+        let (mut to_left, mut min_cost) = (1, f32::INFINITY);
+        for left_slots in 1..slots {
+            let cost = left.roots[left_slots - 1] + right.roots[slots - left_slots - 1];
+            if cost < min_cost {
+                (to_left, min_cost) = (left_slots, cost);
             }
         }
         self.fill(first, to_left, &left);
@@ -258,7 +267,7 @@ impl Roots<'_> {
     }
 
     fn fill(&mut self, node: u32, mut slots: usize, subtree: &Subtree) {
-        // More slots than help are not taken.
+        // Slots that do not reduce the cost are not used.
         while slots > 1 && subtree.roots[slots - 1] >= subtree.roots[slots - 2] {
             slots -= 1;
         }
@@ -275,7 +284,7 @@ impl Roots<'_> {
         while at > 0 && cost.total_cmp(&self.found[at - 1].cost).is_lt() {
             at -= 1;
         }
-        self.found.insert(at, Root { node, cost, leaf: subtree.leaf() });
+        self.found.insert(at, LaneRoot { node, cost, leaf: subtree.leaf() });
     }
 }
 
@@ -286,14 +295,14 @@ mod tests {
     use crate::geometry::Aabb;
     use crate::wide::mesh_bvh::COSTS;
 
-    /// As many primitives as there are, in the order of the leaves.
+    /// Records the first primitive of each leaf.
     #[derive(Default, PartialEq, Debug)]
-    struct Places(Vec<u32>);
+    struct FirstPrimitives(Vec<u32>);
 
-    impl Items for Places {
-        fn add(&mut self, places: Range<u32>) -> Range<u32> {
+    impl Items for FirstPrimitives {
+        fn add(&mut self, range: Range<u32>) -> Range<u32> {
             let first = self.0.len() as u32;
-            self.0.push(places.start);
+            self.0.push(range.start);
             first..first + 1
         }
 
@@ -321,11 +330,11 @@ mod tests {
                 })
                 .collect();
             let binary = build::build_clustered(count, |i| boxes[i as usize], &build::BuildOptions::default());
-            let (mut places, mut in_parts) = (Places::default(), Places::default());
-            let tree = write(&binary, &COSTS, &Threads::one(), &mut places, false);
+            let (mut range, mut in_parts) = (FirstPrimitives::default(), FirstPrimitives::default());
+            let tree = write(&binary, &COSTS, &Threads::one(), &mut range, false);
             let other = write(&binary, &COSTS, &Threads::default(), &mut in_parts, true);
             assert_eq!(tree.nodes(), other.nodes(), "{count}");
-            assert_eq!((tree.item_count(), places), (other.item_count(), in_parts), "{count}");
+            assert_eq!((tree.item_count(), range), (other.item_count(), in_parts), "{count}");
             tree.validate().unwrap();
         }
     }

@@ -1,12 +1,16 @@
-//! What every subtree of a binary tree costs at least, by how many roots may stand for it.
+//! The minimum cost of every subtree of a binary tree after collapsing, by dynamic programming.
 //!
-//! For every binary node and every k up to seven: what does its subtree cost at least if it may be represented by up to k roots? A single root is a leaf, or a wide
-//! node whose eight slots are shared out to the two children in the best way; more roots are shared out likewise. Forming leaves is part of the recursion.
+//! For every binary node and every k up to seven: the minimum cost of its subtree as a forest of at
+//! most k wide nodes or leaves. For k = 1 that is a leaf, or a wide node whose eight slots are
+//! distributed to the two children in the best way; for larger k, the k slots are distributed
+//! likewise. Forming leaves is part of the recursion.
 //!
-//! Only what two children cost together is kept, for each number of slots that they share: half a cache line for two nodes.
+//! Only the joint cost of two siblings is stored, for each number of slots that they share: 32
+//! bytes per pair.
 //!
-//! Wald, Benthin and Boulos 2008, "Getting Rid of Packets" (collapsing); the recursion after Ylitie, Karras and Laine 2017, "Efficient Incoherent
-//! Ray Traversal on GPUs Through Compressed Wide BVHs".
+//! Wald, Benthin and Boulos 2008, "Getting Rid of Packets" (collapsing); the recursion after
+//! Ylitie, Karras and Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! Wide BVHs".
 
 use std::ops::Range;
 
@@ -17,17 +21,17 @@ use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::{Bvh, Node, Target};
 
-/// So many pairs are one thread's, and are done before anybody asks whether the tree is still wanted.
+/// Pairs per parallel task, and between checks for cancellation.
 const CHUNK: usize = 4096;
 
-/// For how many pairs memory is asked before they are looked at.
+/// The number of pairs to prefetch below a node.
 const PREFETCH_BATCH: usize = 8;
 
-/// What two children cost at least.
+/// The minimum costs of two siblings.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
 struct Pair {
-    /// Together, if they share 2, 3, .. 8 slots.
+    /// The minimum joint cost if they share 2, 3, .. 8 slots.
     shared: [f32; LANES - 1],
     primitives: PrimitiveRange,
 }
@@ -38,47 +42,48 @@ impl Pair {
     const UNKNOWN: Self = Self { shared: [f32::INFINITY; LANES - 1], primitives: PrimitiveRange::UNKNOWN };
 }
 
-/// The primitives below two children, if they are few and stand together: the place of the first, and in the lower bits how many they are, less one.
+/// The primitives below two siblings, if they are few and contiguous: the index of the first, and
+/// in the lowest four bits their number minus one.
 #[derive(Clone, Copy, PartialEq)]
 #[repr(transparent)]
 struct PrimitiveRange(u32);
 
 impl PrimitiveRange {
     const COUNT_BITS: u32 = 4;
-    const MOST: u32 = 1 << Self::COUNT_BITS;
-    /// Two are never one, so this is free to mean that nothing is known yet.
+    const MAX_COUNT: u32 = 1 << Self::COUNT_BITS;
+    /// The value for a single primitive, which no pair has, marks a pair that is not computed yet.
     const UNKNOWN: Self = Self(0);
     const TOO_MANY: Self = Self(u32::MAX);
 
     #[inline(always)]
-    fn of(places: Option<(u32, u32)>) -> Self {
-        match places {
-            Some((first, count)) if count <= Self::MOST => Self(first << Self::COUNT_BITS | (count - 1)),
+    fn of(range: Option<(u32, u32)>) -> Self {
+        match range {
+            Some((first, count)) if count <= Self::MAX_COUNT => Self(first << Self::COUNT_BITS | (count - 1)),
             _ => Self::TOO_MANY,
         }
     }
 
-    /// The first place, and how many there are.
+    /// The index of the first, and their number.
     #[inline(always)]
-    fn places(self) -> Option<(u32, u32)> {
-        (self != Self::TOO_MANY).then_some((self.0 >> Self::COUNT_BITS, (self.0 & (Self::MOST - 1)) + 1))
+    fn range(self) -> Option<(u32, u32)> {
+        (self != Self::TOO_MANY).then_some((self.0 >> Self::COUNT_BITS, (self.0 & (Self::MAX_COUNT - 1)) + 1))
     }
 }
 
-/// What a subtree costs at least.
+/// The minimum costs of a subtree.
 pub(super) struct Subtree {
-    /// With up to 1, 2, .. 7 roots; nothing costs as much as the eighth.
+    /// With at most 1, 2, .. 7 roots. The eighth entry repeats the seventh.
     pub(super) roots: [f32; LANES],
-    /// The first place and the number of its primitives, if they are few.
-    places: Option<(u32, u32)>,
-    /// Whether a single root is best a leaf.
+    /// The index of the first and the number of its primitives, if they are few and contiguous.
+    range: Option<(u32, u32)>,
+    /// Whether the minimum for a single root is a leaf.
     is_leaf: bool,
 }
 
 impl Subtree {
     /// The primitives of a leaf.
     pub(super) fn leaf(&self) -> Option<Range<u32>> {
-        let (first, count) = self.places.filter(|_| self.is_leaf)?;
+        let (first, count) = self.range.filter(|_| self.is_leaf)?;
         Some(first..first + count)
     }
 }
@@ -91,33 +96,34 @@ pub(super) struct CollapseCosts<'a> {
 }
 
 impl<'a> CollapseCosts<'a> {
-    /// Of a tree with nodes. When cancelled, some are not known.
+    /// Computes the costs of a non-empty tree. When cancelled, some are missing.
     pub(super) fn of(binary: &'a Bvh, costs: &'a Costs, threads: &Threads) -> Self {
-        debug_assert!(costs.item_size * costs.max_items <= PrimitiveRange::MOST as usize);
+        debug_assert!(costs.item_size * costs.max_items <= PrimitiveRange::MAX_COUNT as usize);
         let nodes = binary.nodes();
         let level = Level::current();
-        let (pairs, open) = vec_in_chunks(nodes.len() / 2, CHUNK, threads, &|first, chunk| {
-            let mut open = Vec::new();
+        let (pairs, deferred) = vec_in_chunks(nodes.len() / 2, CHUNK, threads, &|first, chunk| {
+            let mut deferred = Vec::new();
             if threads.is_cancelled() {
                 (0..chunk.size()).for_each(|_| chunk.push(Pair::UNKNOWN));
             } else {
-                level.run(Fill { nodes, costs, first, chunk, open: &mut open });
+                level.run(Fill { nodes, costs, first, chunk, deferred: &mut deferred });
                 threads.advance(2 * chunk.size());
             }
-            open
+            deferred
         });
         let mut found = Self { nodes, costs, pairs };
-        // Pairs with something below them in another chunk. Promise 5: what is below comes later.
-        for place in open.into_iter().flatten() {
-            let pair = (found.pairs.len() - 1 - place) as u32;
+        // Pairs with descendants in other chunks. By promise 5, descendants have later indices.
+        for index in deferred.into_iter().flatten() {
+            let pair = (found.pairs.len() - 1 - index) as u32;
             if let (Some(left), Some(right)) = (found.of_node(2 * pair + 1), found.of_node(2 * pair + 2)) {
-                found.pairs[place] = together(&left, &right);
+                found.pairs[index] = joint_costs(&left, &right);
             }
         }
         found
     }
 
-    /// Asks for the memory of what is below a node, as far as it stands together: all of it where the tree ends, as at most nodes.
+    /// Prefetches the nodes and pairs below a node, as far as they are contiguous: for small
+    /// subtrees, as below most nodes, that is all.
     #[inline(always)]
     pub(super) fn prefetch(&self, isa: impl Isa, node: u32) {
         if let Target::Node(first) = self.nodes[node as usize].link.target() {
@@ -131,27 +137,27 @@ impl<'a> CollapseCosts<'a> {
         }
     }
 
-    /// Of one node; nothing only when cancelled.
+    /// The costs of a node; `None` only when cancelled.
     pub(super) fn of_node(&self, node: u32) -> Option<Subtree> {
         let known = Known { pairs: &self.pairs, first: 0, count: self.pairs.len() };
         subtree(&self.nodes[node as usize], self.costs, &known)
     }
 }
 
-/// A piece of the list of pairs, as far as it has been written.
+/// The part of the list of pairs that has been computed.
 struct Known<'a> {
     pairs: &'a [Pair],
-    /// The place of the first in the list, and how long the list is.
+    /// The index of its first entry in the list, and the length of the list.
     first: usize,
     count: usize,
 }
 
 impl Known<'_> {
-    /// The pair that begins with this node.
+    /// The pair whose first node is `node`.
     #[inline(always)]
     fn pair(&self, node: u32) -> Option<&Pair> {
-        let place = (self.count - 1).wrapping_sub(node as usize / 2);
-        self.pairs.get(place.wrapping_sub(self.first)).filter(|pair| pair.primitives != PrimitiveRange::UNKNOWN)
+        let index = (self.count - 1).wrapping_sub(node as usize / 2);
+        self.pairs.get(index.wrapping_sub(self.first)).filter(|pair| pair.primitives != PrimitiveRange::UNKNOWN)
     }
 }
 
@@ -160,8 +166,8 @@ struct Fill<'a, 'b> {
     costs: &'a Costs,
     first: usize,
     chunk: &'a mut ChunkWriter<'b, Pair>,
-    /// The places of those that have to wait for others.
-    open: &'a mut Vec<usize>,
+    /// The indices of pairs that depend on other chunks.
+    deferred: &'a mut Vec<usize>,
 }
 
 impl Kernel for Fill<'_, '_> {
@@ -169,39 +175,39 @@ impl Kernel for Fill<'_, '_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, _: I) {
-        let Self { nodes, costs, first, chunk, open } = self;
+        let Self { nodes, costs, first, chunk, deferred } = self;
         let count = nodes.len() / 2;
-        for place in first..first + chunk.size() {
-            let pair = count - 1 - place;
+        for index in first..first + chunk.size() {
+            let pair = count - 1 - index;
             let known = Known { pairs: chunk.written(), first, count };
             let left = subtree(&nodes[2 * pair + 1], costs, &known);
             let right = subtree(&nodes[2 * pair + 2], costs, &known);
             match (left, right) {
-                (Some(left), Some(right)) => chunk.push(together(&left, &right)),
+                (Some(left), Some(right)) => chunk.push(joint_costs(&left, &right)),
                 _ => {
                     chunk.push(Pair::UNKNOWN);
-                    open.push(place);
+                    deferred.push(index);
                 }
             }
         }
     }
 }
 
-/// What a node costs; nothing if what is below is not known.
+/// The costs of a node; `None` if those of its children are not computed.
 #[inline(always)]
 fn subtree(node: &Node, costs: &Costs, known: &Known<'_>) -> Option<Subtree> {
     let area = node.bounds.half_area();
     match node.link.target() {
-        Target::Primitives(places) => {
-            let count = places.end - places.start;
+        Target::Primitives(range) => {
+            let count = range.end - range.start;
             let roots = [area * costs.of_leaf(count); LANES];
-            Some(Subtree { roots, places: Some((places.start, count)), is_leaf: true })
+            Some(Subtree { roots, range: Some((range.start, count)), is_leaf: true })
         }
         Target::Node(first) => {
             let pair = known.pair(first)?;
-            let places = pair.primitives.places();
+            let range = pair.primitives.range();
             let as_node = area * costs.node + pair.shared[LANES - 2];
-            let as_leaf = match places {
+            let as_leaf = match range {
                 Some((_, count)) if costs.fits_a_leaf(count) => area * costs.of_leaf(count),
                 _ => f32::INFINITY,
             };
@@ -211,15 +217,15 @@ fn subtree(node: &Node, costs: &Costs, known: &Known<'_>) -> Option<Subtree> {
                 roots[k] = lesser(pair.shared[k - 1], roots[k - 1]);
             }
             roots[LANES - 1] = roots[LANES - 2];
-            Some(Subtree { roots, places, is_leaf })
+            Some(Subtree { roots, range, is_leaf })
         }
     }
 }
 
-/// The best ways to share 2, 3, .. 8 slots, all at once: a lane for each.
+/// The best distributions of 2, 3, .. 8 slots to two siblings, one per SIMD lane.
 #[inline(always)]
-fn together(left: &Subtree, right: &Subtree) -> Pair {
-    // Who gets no slot, or more than the others leave, costs beyond measure.
+fn joint_costs(left: &Subtree, right: &Subtree) -> Pair {
+    // A sibling without a slot, or with more than are left, has infinite cost.
     let mut shifted = [f32::INFINITY; 3 * LANES];
     shifted[LANES..2 * LANES - 1].copy_from_slice(&right.roots[..LANES - 1]);
     let mut best = [f32::INFINITY; LANES];
@@ -231,14 +237,14 @@ fn together(left: &Subtree, right: &Subtree) -> Pair {
     }
     let mut shared = [0.0; LANES - 1];
     shared.copy_from_slice(&best[..LANES - 1]);
-    let below = match (left.places, right.places) {
+    let below = match (left.range, right.range) {
         (Some((first, count)), Some((next, more))) if first + count == next => Some((first, count + more)),
         _ => None,
     };
     Pair { shared, primitives: PrimitiveRange::of(below) }
 }
 
-/// The second one if either is no number.
+/// The minimum; the second operand if either is NaN.
 #[inline(always)]
 fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
@@ -251,18 +257,19 @@ mod tests {
     use crate::geometry::Aabb;
     use crate::wide::mesh_bvh::COSTS;
 
-    /// The same by the definition: what a subtree costs with up to so many roots, and how many primitives it has.
-    fn by_trying(binary: &Bvh, node: u32, roots: usize) -> (f32, u32) {
+    /// The slow twin: the cost of a subtree with at most `roots` roots, by its definition, and its
+    /// number of primitives.
+    fn naive_costs(binary: &Bvh, node: u32, roots: usize) -> (f32, u32) {
         let Node { bounds, link } = binary.nodes()[node as usize];
         let as_leaf = |count| bounds.half_area() * COSTS.of_leaf(count);
         match link.target() {
-            Target::Primitives(places) => (as_leaf(places.len() as u32), places.len() as u32),
+            Target::Primitives(range) => (as_leaf(range.len() as u32), range.len() as u32),
             Target::Node(first) => {
-                let count = by_trying(binary, first, 1).1 + by_trying(binary, first + 1, 1).1;
+                let count = naive_costs(binary, first, 1).1 + naive_costs(binary, first + 1, 1).1;
                 let shared = |slots: usize| {
                     let costs = (1..slots).map(|to_left| {
-                        by_trying(binary, first, to_left.min(7)).0
-                            + by_trying(binary, first + 1, (slots - to_left).min(7)).0
+                        naive_costs(binary, first, to_left.min(7)).0
+                            + naive_costs(binary, first + 1, (slots - to_left).min(7)).0
                     });
                     costs.fold(f32::INFINITY, f32::min)
                 };
@@ -285,7 +292,7 @@ mod tests {
             for node in 0..binary.node_count() as u32 {
                 let found = collapse_costs.of_node(node).expect("nothing cancels");
                 for roots in 1..LANES {
-                    assert_eq!(found.roots[roots - 1], by_trying(&binary, node, roots).0, "{count}, {node}, {roots}");
+                    assert_eq!(found.roots[roots - 1], naive_costs(&binary, node, roots).0, "{count}, {node}, {roots}");
                 }
             }
         }

@@ -1,16 +1,15 @@
-//! Do the boxes of a tree contain its triangles? The one check, for trees that were built, refitted
-//! or read.
+//! Checks that the boxes of a tree contain its triangles, for trees that were built, refitted or
+//! read.
 
 use super::{MeshBvh, WideTarget};
 use crate::geometry::Aabb;
 use crate::tree::{Location, Violation};
 
 impl MeshBvh {
-    /// Checks promises 1 to 10: those of the tree, and that its boxes contain its triangles, and
-    /// hardly more.
+    /// Checks promises 1 to 10: those of the tree, and that its boxes bound its triangles tightly.
     ///
     /// # Errors
-    /// The first promise that does not hold, and where.
+    /// The first promise that is broken, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         self.tree().validate()?;
         if self.tree().item_count() != self.blocks().len() {
@@ -21,7 +20,7 @@ impl MeshBvh {
 
     fn check_triangles(&self) -> Result<(), Violation> {
         let violation = |promise, what, location| Err(Violation::new(promise, what, location));
-        // For each triangle, the box around the boxes of its leaves; nothing while it is in none.
+        // For each triangle, the union of the boxes of its leaves; `None` while no leaf was found.
         let last = self.blocks().iter().flat_map(|block| block.primitives()).max();
         let mut leaves: Vec<Option<Aabb>> = vec![None; last.map_or(0, |&last| last as usize + 1)];
         let mut distinct = 0;
@@ -51,7 +50,7 @@ impl MeshBvh {
                 all = all.union(&triangle);
             }
         }
-        // By promise 3, all other boxes lie within this one.
+        // By promise 3, all other boxes are within this one.
         match all.contains(&self.bounds()) {
             true => Ok(()),
             false => violation(10, "a box that reaches beyond all triangles", Location::Node(0)),
@@ -66,10 +65,10 @@ mod tests {
     use crate::geometry::Triangles;
     use crate::wide::LANES;
 
-    /// How many triangles there are.
+    /// The number of test triangles.
     const COUNT: u32 = 300;
 
-    /// Long thin triangles that lie askew.
+    /// Long thin diagonal triangles.
     fn needles() -> Triangles {
         // Steps of irrational length fill a range evenly.
         let within = |i: u32, step: f32| (i as f32 * step).fract() * 2.0 - 1.0;
@@ -92,8 +91,8 @@ mod tests {
         MeshBvh::new(&build::build_triangles(&needles(), &options), &needles())
     }
 
-    /// What is said of a tree with another box in a lane of a leaf, and as large ones around it as
-    /// promise 3 asks for.
+    /// The result of `validate` after the box of a leaf is replaced, with its ancestors' boxes
+    /// updated for promise 3.
     fn verdict(tree: &MeshBvh, node: usize, lane: usize, bounds: Aabb) -> Result<(), Violation> {
         let mut changed = tree.clone();
         changed.tree.nodes[node].set_box(lane, &bounds);

@@ -1,31 +1,32 @@
-//! Where an instance stands, in one cache line.
+//! Instance records: the placement of an instance, in one cache line.
 
 use crate::geometry::{Affine, Ray};
 
-/// All that a ray needs to enter an instance.
+/// The data that a ray needs to enter an instance.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct InstanceRecord {
-    /// Takes rays from the world to the mesh.
+    /// The transform of rays from world space to the mesh's space.
     pub object_from_world: Affine,
-    /// Which mesh.
+    /// The index of the mesh.
     pub mesh: u32,
-    /// Seen by queries whose mask shares a bit with this.
+    /// Visible to queries whose mask has a bit in common with this.
     pub mask: u32,
-    /// The caller's own number.
+    /// The caller's id.
     pub user_id: u32,
-    /// Filters are not asked about an opaque instance.
+    /// Filters are not called for an opaque instance.
     pub opaque: bool,
-    /// The mesh stands where it was made: rays need not be transformed.
+    /// The transform is the identity, so rays are not transformed.
     pub identity: bool,
-    /// Rays enter in double precision, since the placement is flat or badly skewed.
+    /// Rays are transformed in double precision, because the placement is flat or ill-conditioned.
     pub in_double: bool,
 }
 
 const _: () = assert!(size_of::<InstanceRecord>() == 64);
 
 impl InstanceRecord {
-    /// The ray in the space of the mesh. Its direction is not renormalised, so `t` means the same in both spaces. `None` when nothing can be hit.
+    /// The ray in the mesh's space. Its direction is not normalised, so `t` is the same in both
+    /// spaces. `None` if the transformed ray cannot hit anything.
     pub(crate) fn enter(&self, ray: &Ray) -> Option<Ray> {
         if self.identity {
             return Some(*ray);

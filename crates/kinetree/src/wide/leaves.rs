@@ -1,4 +1,5 @@
-//! The blocks of a tree that is being collapsed: first which triangles they hold, then, on all threads, their corners.
+//! The triangle blocks of a tree: the collapse lists their triangles, then all threads gather the
+//! corners.
 
 use std::ops::Range;
 
@@ -11,22 +12,22 @@ use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
 use crate::tree::Bvh;
 
-/// Blocks that are written by one thread.
+/// Blocks per parallel task.
 const CHUNK: usize = 1024;
 
-/// How far ahead memory is asked for, in blocks: vertex numbers, then the vertices.
-const NUMBERS_AHEAD: usize = 16;
+/// The prefetch distances of vertex indices and of vertices, in blocks.
+const INDICES_AHEAD: usize = 16;
 const VERTICES_AHEAD: usize = 8;
 
 pub(super) struct Leaves<'a> {
     /// In the order of the leaves of the binary tree.
     primitives: &'a [u32],
-    /// The same without what stands in a leaf twice, if there may be any.
+    /// The same without duplicates within a leaf, if the tree has duplicates.
     distinct: Option<Vec<u32>>,
     blocks: Vec<Span>,
 }
 
-/// Where the triangles of a block stand in the list of primitives.
+/// The triangles of a block, as a range of the primitive list.
 #[derive(Clone, Copy)]
 struct Span {
     first: u32,
@@ -39,7 +40,7 @@ impl<'a> Leaves<'a> {
         Self { primitives, distinct: binary.has_duplicates().then(Vec::new), blocks: Vec::new() }
     }
 
-    /// All blocks.
+    /// Gathers the corners of all blocks.
     pub(super) fn blocks(&self, triangles: &Triangles, threads: &Threads) -> Vec<TriangleBlock> {
         let primitives = self.distinct.as_deref().unwrap_or(self.primitives);
         let level = Level::current();
@@ -52,22 +53,22 @@ impl<'a> Leaves<'a> {
 }
 
 impl Items for Leaves<'_> {
-    fn add(&mut self, places: Range<u32>) -> Range<u32> {
-        let places = match &mut self.distinct {
+    fn add(&mut self, range: Range<u32>) -> Range<u32> {
+        let range = match &mut self.distinct {
             Some(distinct) => {
-                // Pieces of the same triangle may meet again in a leaf.
-                let mut leaf = self.primitives[places.start as usize..places.end as usize].to_vec();
+                // Parts of the same triangle may be collapsed into one leaf.
+                let mut leaf = self.primitives[range.start as usize..range.end as usize].to_vec();
                 leaf.sort_unstable();
                 leaf.dedup();
                 let first = distinct.len() as u32;
                 distinct.extend_from_slice(&leaf);
                 first..distinct.len() as u32
             }
-            None => places,
+            None => range,
         };
         let before = self.blocks.len() as u32;
-        let starts = places.clone().step_by(BLOCK);
-        self.blocks.extend(starts.map(|first| Span { first, count: (places.end - first).min(BLOCK as u32) }));
+        let starts = range.clone().step_by(BLOCK);
+        self.blocks.extend(starts.map(|first| Span { first, count: (range.end - first).min(BLOCK as u32) }));
         before..self.blocks.len() as u32
     }
 
@@ -98,14 +99,14 @@ impl Kernel for Fill<'_, '_> {
     fn run<I: Isa>(self, isa: I) {
         let (indices, positions) = (self.triangles.indices(), self.triangles.positions());
         for at in 0..self.spans.len() {
-            if let Some(ahead) = self.spans.get(at + NUMBERS_AHEAD) {
-                for place in ahead.first..ahead.first + ahead.count {
-                    isa.prefetch(indices, self.primitives[place as usize] as usize);
+            if let Some(ahead) = self.spans.get(at + INDICES_AHEAD) {
+                for index in ahead.first..ahead.first + ahead.count {
+                    isa.prefetch(indices, self.primitives[index as usize] as usize);
                 }
             }
             if let Some(ahead) = self.spans.get(at + VERTICES_AHEAD) {
-                for place in ahead.first..ahead.first + ahead.count {
-                    for vertex in &indices[self.primitives[place as usize] as usize] {
+                for index in ahead.first..ahead.first + ahead.count {
+                    for vertex in &indices[self.primitives[index as usize] as usize] {
                         isa.prefetch(positions, *vertex as usize);
                     }
                 }

@@ -1,4 +1,4 @@
-//! Where a lane of a wide node leads.
+//! The link of a lane of a wide node.
 
 use std::ops::Range;
 
@@ -9,60 +9,63 @@ const LEAF: u32 = 1 << 31;
 const INDEX_MASK: u32 = (1 << WideLink::COUNT_SHIFT) - 1;
 const OFFSET_SHIFT: u32 = (OFFSETS_PER_ROW * ROWS).trailing_zeros();
 
-/// Where a lane leads, packed into 32 bits: to a node, or to a few items (triangle blocks, or instances)
-/// that stand together.
+/// The child of a lane, packed into 32 bits: a node, or a few contiguous items (triangle blocks or
+/// instances).
 ///
-/// Bit 31 is set for items. Then bits 28 to 30 hold their count less one, and bits 0 to 27 the index of
-/// the first. Of a node, bits 0 to 30 hold its offset in units of eight bytes, which is 32 times its index.
+/// Bit 31 is set for items. Then bits 28 to 30 hold their count minus one, and bits 0 to 27 the
+/// index of the first. For a node, bits 0 to 30 hold its offset in units of eight bytes, which is
+/// 32 times its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
 pub struct WideLink(u32);
 
 const _: () = assert!(size_of::<WideLink>() == 4);
 
-/// What a [`WideLink`] says.
+/// A [`WideLink`], unpacked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WideTarget {
-    /// A node.
+    /// A node, by index.
     Node(u32),
     /// Items: at least one, at most [`WideLink::MAX_ITEMS`].
     Items(Range<u32>),
 }
 
 impl WideLink {
-    /// The most items in a leaf.
+    /// The largest number of items in a leaf.
     pub const MAX_ITEMS: u32 = 8;
 
-    /// The largest number of an item.
+    /// The largest index of an item.
     pub const MAX_ITEM: u32 = INDEX_MASK;
 
-    /// The largest number of a node.
+    /// The largest index of a node.
     pub const MAX_NODE: u32 = (LEAF - 1) >> OFFSET_SHIFT;
 
-    /// In the three bits from here on stands how many items there are, less one; zero for a node.
+    /// The lowest of the three bits that hold the number of items minus one; the bits are zero in a
+    /// link to a node.
     pub(crate) const COUNT_SHIFT: u32 = 28;
 
-    /// To a node.
+    /// A link to a node.
     ///
     /// # Panics
-    /// When the number is above [`WideLink::MAX_NODE`].
+    /// When the index is above [`WideLink::MAX_NODE`].
     pub fn node(index: u32) -> Self {
-        assert!(index <= Self::MAX_NODE, "node {index} has no room in a link");
+        assert!(index <= Self::MAX_NODE, "node {index} does not fit in a link");
         Self(index << OFFSET_SHIFT)
     }
 
-    /// To items.
+    /// A link to a range of items.
     ///
     /// # Panics
-    /// When there is none, or more than [`WideLink::MAX_ITEMS`], or the first is above [`WideLink::MAX_ITEM`].
+    /// When the range is empty or longer than [`WideLink::MAX_ITEMS`], or starts above
+    /// [`WideLink::MAX_ITEM`].
     pub fn items(range: Range<u32>) -> Self {
         let count = range.end.saturating_sub(range.start);
         assert!((1..=Self::MAX_ITEMS).contains(&count), "a leaf of {count} items");
-        assert!(range.start <= INDEX_MASK, "item {} has no room in a link", range.start);
+        assert!(range.start <= INDEX_MASK, "item {} does not fit in a link", range.start);
         Self(LEAF | (count - 1) << Self::COUNT_SHIFT | range.start)
     }
 
-    /// Where this leads when what it leads to comes so many nodes, or items, further behind.
+    /// The link with `nodes` added to the index of a node, or `items` to the index of an item.
     #[inline]
     pub(super) fn moved(self, nodes: u32, items: u32) -> Self {
         match self.target() {
@@ -81,37 +84,38 @@ impl WideLink {
         self.0
     }
 
-    /// Whether it leads to items.
+    /// Whether the link is to items.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.0 & LEAF != 0
     }
 
-    /// The node, of a link that leads to one.
+    /// The index of the node, for a link to a node.
     #[inline(always)]
     pub(crate) fn node_index(self) -> usize {
         (self.0 >> OFFSET_SHIFT) as usize
     }
 
-    /// The offset of the node, of a link that leads to one: see [`NodeArray`](super::node_view::NodeArray).
+    /// The offset of the node, for a link to a node: see
+    /// [`NodeArray`](super::node_view::NodeArray).
     #[inline(always)]
     pub(crate) fn offset(self) -> u32 {
         self.0
     }
 
-    /// The first item, of a leaf.
+    /// The index of the first item, for a link to items.
     #[inline(always)]
     pub(crate) fn item_index(self) -> usize {
         (self.0 & INDEX_MASK) as usize
     }
 
-    /// How many items, of a leaf.
+    /// The number of items, for a link to items.
     #[inline(always)]
     pub(crate) fn item_count(self) -> usize {
         (self.0 >> Self::COUNT_SHIFT & 7) as usize + 1
     }
 
-    /// What it leads to.
+    /// Unpacks the link.
     pub fn target(self) -> WideTarget {
         if self.is_leaf() {
             let first = self.item_index() as u32;

@@ -1,30 +1,28 @@
-//! What a tree costs rays, beside how densely its triangles stand: both are needed to tell a tree
-//! that has degraded from a pose that is expensive for every tree.
+//! The expected cost of rays through a tree, and the density of its triangles: together they
+//! distinguish a tree that has degraded from a pose that is expensive for every tree.
 
 use super::mesh_bvh::COSTS;
 use super::{MeshBvh, TriangleBlock};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
 
-/// Nodes or blocks that one thread adds up. The sums are the same for any number of threads.
+/// Nodes or blocks per parallel task. The sums do not depend on the number of threads.
 const GRAIN: usize = 4096;
 
-/// Measured over a pose whose root has an area. Both figures are expectations over random lines
-/// that cross the root's box.
+/// The cost of a ray in one pose. Both figures are expectations over random lines that cross the
+/// root's box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RayCost {
-    /// The work of a ray, in visits of nodes and tests of blocks, as weighed by the collapse of the
-    /// tree.
+    /// The work of a ray: node visits and block tests, weighted with the costs of the collapse.
     pub(crate) work: f64,
-    /// How many of the triangles' boxes a line crosses: their summed areas over the root's area. It
-    /// depends on the pose, not on the tree, but that triangles which spatial splits had cut count
-    /// once per leaf.
+    /// The number of triangle boxes that a line crosses: their summed areas over the root's area.
+    /// It depends on the pose, not on the tree, except that triangles which spatial splits cut
+    /// count once per leaf.
     pub(crate) crossed: f64,
 }
 
 impl RayCost {
-    /// `None` where a ratio would have no meaning: when the root, or all triangles together, have
-    /// no area, or one that is not finite.
+    /// `None` if the area of the root or of all triangles is zero or not finite.
     fn of_areas(root: &Aabb, weighed_boxes: f64, triangle_boxes: f64) -> Option<Self> {
         let root = f64::from(root.half_area());
         let has_area = root > 0.0 && root.is_finite() && triangle_boxes > 0.0;
@@ -34,8 +32,8 @@ impl RayCost {
 }
 
 impl MeshBvh {
-    /// What rays are expected to cost in this pose. After a refit it is known, otherwise the tree
-    /// is walked.
+    /// The expected cost of rays in this pose: from the sums of the refit if there was one,
+    /// otherwise from a pass over the tree.
     pub(crate) fn ray_cost(&self, threads: &Threads) -> Option<RayCost> {
         let sum = |a: f64, b: f64| a + b;
         let (boxes, triangles) = if self.chunks.is_empty() {

@@ -1,4 +1,4 @@
-//! A wide tree over triangles, which stand in its leaves.
+//! The eight-way tree over triangles.
 
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -13,30 +13,31 @@ use crate::memory::vec_in_large_pages;
 use crate::threads::Threads;
 use crate::tree::Bvh;
 
-/// Of a node and of a block, in the same units: a step over eight boxes is taken to cost as much as a test of four triangles.
+/// A node visit (eight box tests) is assumed to cost as much as a block test (four triangle tests).
 pub(super) const COSTS: Costs = Costs { node: 1.0, item: 1.0, item_size: BLOCK, max_items: 4 };
 
 /// An eight-way tree whose leaves hold blocks of four triangles. Beside promises 1 to 7 of a
 /// [`WideBvh`], always:
 ///
-/// 8. every triangle is in a block that a leaf leads to, or in several when spatial splits cut it;
-/// 9. the box of a leaf contains its triangles and what rays may miss them by; of a triangle in
-///    several leaves, their boxes together do;
-/// 10. no box reaches beyond the box around all triangles so widened.
+/// 8. every triangle is in a block that a leaf links to, or in several when spatial splits cut it;
+/// 9. the box of a leaf contains the padded boxes of its triangles; for a triangle in several
+///    leaves, the union of their boxes does;
+/// 10. no box extends beyond the union of the padded boxes of all triangles.
 #[doc(alias = "BLAS")]
 #[derive(Clone, Default)]
 pub struct MeshBvh {
     pub(super) tree: WideBvh,
     pub(super) blocks: Vec<TriangleBlock>,
-    /// How many different triangles the leaves hold.
+    /// The number of distinct triangles in the leaves.
     pub(super) triangles: u32,
-    /// Made by the first refit. Trees with the same plan have the same shape.
+    /// Made by the first refit. Trees that share a plan have the same topology.
     pub(super) plan: OnceLock<Arc<Plan>>,
-    /// What the refit that wrote this tree found: of each chunk, and at last of the nodes above them. Nothing in a tree that was built.
+    /// The results of the refit that wrote this tree: one per chunk, then one for the nodes above
+    /// them. Empty in a tree that was built.
     pub(super) chunks: Vec<ChunkBounds>,
 }
 
-/// In short: how large it is.
+/// Prints the sizes only.
 impl fmt::Debug for MeshBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, triangles) = (self.node_count(), self.primitive_count());
@@ -48,12 +49,13 @@ impl MeshBvh {
     /// Collapses a binary tree over triangles.
     ///
     /// # Panics
-    /// When the tree is one over more triangles than there are.
+    /// When the tree refers to triangles that do not exist.
     pub fn new(binary: &Bvh, triangles: &Triangles) -> Self {
         Self::new_on(binary, triangles, &Threads::one())
     }
 
-    /// The same on these threads. When cancelled, any tree at all.
+    /// As `new`, on `threads`. If the build is cancelled, the result is unspecified and must be
+    /// dropped.
     pub(crate) fn new_on(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
         let mut leaves = Leaves::of(binary);
         let tree = collapse(binary, &COSTS, threads, &mut leaves);
@@ -61,14 +63,14 @@ impl MeshBvh {
         Self { tree, blocks, triangles: binary.primitive_count() as u32, ..Self::default() }
     }
 
-    /// From parts that were read. As many blocks as the tree has items.
+    /// A tree of deserialized parts. Its items are the blocks.
     pub(super) fn from_parts(tree: WideBvh, blocks: Vec<TriangleBlock>, triangles: u32) -> Self {
         assert_eq!(tree.item_count(), blocks.len(), "each item is a block");
         Self { tree, blocks, triangles, ..Self::default() }
     }
 
-    /// Becomes a copy but for corners and planes, which a refit is going to write.
-    pub(super) fn take_shape_of(&mut self, other: &Self, plan: Arc<Plan>) {
+    /// Copies the topology of another tree; the refit that follows writes corners and planes.
+    pub(super) fn copy_topology_of(&mut self, other: &Self, plan: Arc<Plan>) {
         self.triangles = other.triangles;
         self.tree.items = other.tree.items;
         copy(&other.tree.nodes, &mut self.tree.nodes);
@@ -82,13 +84,13 @@ impl MeshBvh {
         &self.tree
     }
 
-    /// The triangles, as the leaves hold them.
+    /// The triangle blocks, in the order of the leaves.
     #[inline(always)]
     pub fn blocks(&self) -> &[TriangleBlock] {
         &self.blocks
     }
 
-    /// A block that a leaf of this tree leads to.
+    /// The block of an item index in a leaf's link.
     #[inline(always)]
     pub(crate) fn block(&self, item: usize) -> &TriangleBlock {
         &self.blocks[item]
@@ -100,12 +102,12 @@ impl MeshBvh {
         self.tree.bounds()
     }
 
-    /// How many different triangles there are.
+    /// The number of distinct triangles.
     pub fn primitive_count(&self) -> usize {
         self.triangles as usize
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub fn node_count(&self) -> usize {
         self.tree.node_count()
     }
@@ -115,24 +117,26 @@ impl MeshBvh {
         self.tree.depth()
     }
 
-    /// Bytes held, triangles included.
+    /// Bytes of heap memory held, triangles included.
     pub fn heap_bytes(&self) -> usize {
         self.tree.heap_bytes()
             + self.blocks.capacity() * size_of::<TriangleBlock>()
             + self.chunks.capacity() * size_of::<ChunkBounds>()
     }
 
-    /// Bytes held for refits, once for all trees that were refitted from each other.
+    /// Bytes of heap memory held for refits, shared by all trees that were refitted from each
+    /// other.
     pub fn refit_memory(&self) -> usize {
         self.plan.get().map_or(0, |plan| plan.heap_bytes())
     }
 
-    /// Where what is held for refits stands, and how many bytes it has, if there has been a refit.
+    /// The address and the size in bytes of the shared refit data, if there has been a refit.
     pub(crate) fn refit_plan(&self) -> Option<(*const (), usize)> {
         self.plan.get().map(|plan| (Arc::as_ptr(plan).cast(), plan.heap_bytes()))
     }
 
-    /// The expected cost of a ray that hits the root, in visits of nodes and tests of blocks.
+    /// The expected cost of a ray that hits the root, from the costs of a node visit and a block
+    /// test.
     pub fn cost(&self, node_cost: f32, block_cost: f32) -> f32 {
         self.tree.cost(node_cost, block_cost)
     }
@@ -143,7 +147,8 @@ impl MeshBvh {
     }
 }
 
-/// Replaces the contents of `to`, in the memory that is there if it is enough, otherwise in large pages.
+/// Replaces the contents of `to`, in its own memory if the capacity suffices, otherwise in large
+/// pages.
 fn copy<T: Copy>(from: &[T], to: &mut Vec<T>) {
     if to.capacity() < from.len() {
         *to = vec_in_large_pages(from.len());

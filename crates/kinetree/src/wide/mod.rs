@@ -1,4 +1,4 @@
-//! The eight-way tree and its promises, and what its leaves lead to.
+//! The eight-way tree, its leaves and its promises.
 
 mod block;
 mod bytes;

@@ -1,14 +1,15 @@
-//! One wide node: eight boxes, tested at once.
+//! Nodes of the eight-way tree.
 
 use super::WideLink;
 use crate::geometry::Aabb;
 
-/// How many children a node has, at most.
+/// The largest number of children of a node.
 pub const LANES: usize = 8;
 
-/// Eight boxes and where they lead, in four cache lines. Both planes of an axis share a line.
+/// Eight boxes and their links, in four cache lines. Both planes of an axis share a cache line.
 ///
-/// A lane that is not in use has an empty box. The lanes in use come first, in the order in which they are best looked at where any hit will do.
+/// An unused lane has an empty box. The lanes in use come first, in the order in which any-hit
+/// queries should visit them.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct WideNode {
@@ -18,13 +19,14 @@ pub struct WideNode {
     /// Lanes in use, one bit each.
     pub(crate) in_use: u8,
     spare: [u8; 27],
-    /// The lane that leads here: eight times the number of the parent, plus the lane. Nothing for the root.
+    /// The parent's lane that links here: eight times the index of the parent, plus the lane.
+    /// `u32::MAX` for the root.
     pub(crate) parent_lane: u32,
 }
 
 const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
 
-/// A node as rows of eight: number `2 * axis + side` has planes, [`LINKS`] has links.
+/// A node as rows of eight: row `2 * axis + side` has planes, row [`LINKS`] has links.
 pub(crate) const ROWS: usize = 8;
 pub(crate) const LINKS: usize = 6;
 const _: () = assert!(size_of::<WideNode>() == ROWS * size_of::<[f32; LANES]>());
@@ -59,18 +61,18 @@ impl WideNode {
         (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
     }
 
-    /// The half areas of all boxes, each weighed by what it takes to visit what it leads to.
+    /// The sum of the half areas of all boxes, each times the cost of visiting its child.
     pub(crate) fn cost_of_lanes(&self, node_cost: f32, item_cost: f32) -> f64 {
         let cost_of = |link: WideLink| if link.is_leaf() { item_cost * link.item_count() as f32 } else { node_cost };
         self.lanes().map(|(lane, link)| f64::from(self.bounds(lane).half_area()) * f64::from(cost_of(link))).sum()
     }
 
-    /// Where a lane leads, if it is in use.
+    /// The link of a lane, if it is in use.
     pub fn link(&self, lane: usize) -> Option<WideLink> {
         (self.in_use >> lane & 1 == 1).then(|| WideLink::from_bits(self.links[lane]))
     }
 
-    /// Lanes in use.
+    /// The lanes in use and their links.
     pub fn lanes(&self) -> impl Iterator<Item = (usize, WideLink)> + '_ {
         (0..LANES).filter_map(|lane| Some((lane, self.link(lane)?)))
     }

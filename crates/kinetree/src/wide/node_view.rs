@@ -1,7 +1,8 @@
-//! Nodes as walks read them: eight rows of eight numbers, at an offset that a [`WideLink`](super::WideLink) holds.
+//! Nodes as traversal reads them: eight rows of eight numbers, at the offset that is stored in a
+//! [`WideLink`](super::WideLink).
 //!
-//! Offsets count units of eight bytes, so that an address is an offset scaled and added to where the
-//! nodes begin, in one instruction.
+//! Offsets are in units of eight bytes, so that the address of a node is base + 8 * offset, one x86
+//! addressing mode.
 
 use super::node::{LANES, LINKS, ROWS};
 
@@ -9,7 +10,7 @@ use super::node::{LANES, LINKS, ROWS};
 #[derive(Clone, Copy)]
 pub(crate) struct NodeArray<'a> {
     rows: &'a [[f32; LANES]],
-    /// The last offset that has the rows of a node behind it.
+    /// The largest offset that is followed by all rows of a node.
     last: usize,
 }
 
@@ -21,18 +22,18 @@ pub(crate) struct NodeView<'a> {
     offset: usize,
 }
 
-/// How many offsets there are to a row.
+/// The size of a row, in units of offsets.
 pub(super) const OFFSETS_PER_ROW: usize = size_of::<[f32; LANES]>() / 8;
 
 impl<'a> NodeArray<'a> {
-    /// `None` when there is no node.
+    /// `None` if there is no node.
     #[inline(always)]
     pub(crate) fn new(rows: &'a [[f32; LANES]]) -> Option<Self> {
         Some(Self { rows, last: rows.len().checked_sub(ROWS)? * OFFSETS_PER_ROW })
     }
 
     /// # Panics
-    /// When there is no node behind the offset.
+    /// When the offset is not followed by a whole node.
     #[inline(always)]
     pub(crate) fn at(self, offset: u32) -> NodeView<'a> {
         let offset = offset as usize;
@@ -43,14 +44,14 @@ impl<'a> NodeArray<'a> {
 
 impl<'a> NodeView<'a> {
     /// # Panics
-    /// When the number is not below eight.
+    /// When the index is not below eight.
     #[inline(always)]
-    fn row(self, number: usize) -> &'a [f32; LANES] {
-        assert!(number < ROWS, "one of eight rows");
-        // The row comes first, because it does not change from node to node.
-        let row = self.rows.as_ptr().wrapping_add(number);
-        // SAFETY: behind the offset there are eight rows, all of which live as long as the slice; and every
-        // offset is aligned for numbers of four bytes.
+    fn row(self, index: usize) -> &'a [f32; LANES] {
+        assert!(index < ROWS, "one of eight rows");
+        // The index is added first, because it is the same for all nodes.
+        let row = self.rows.as_ptr().wrapping_add(index);
+        // SAFETY: the offset is followed by eight rows, all within the slice, which lives for 'a;
+        // and every offset is a multiple of eight bytes, so floats are aligned.
         unsafe { &*row.cast::<u64>().wrapping_add(self.offset).cast::<[f32; LANES]>() }
     }
 
@@ -60,7 +61,7 @@ impl<'a> NodeView<'a> {
         self.row(2 * axis + side)
     }
 
-    /// Where lanes lead; those of lanes that are not in use are unspecified.
+    /// The links of all lanes; those of unused lanes are unspecified.
     #[inline(always)]
     pub(crate) fn links(self) -> &'a [u32; LANES] {
         bytemuck::cast_ref(self.row(LINKS))

@@ -1,4 +1,4 @@
-//! A wide tree over instances.
+//! The eight-way tree over instances.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use crate::geometry::slab::FarRays;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Violation};
 
-/// An instance costs some nodes: it is entered alone.
+/// Entering an instance is assumed to cost as much as three node visits; each leaf has one.
 const COSTS: Costs = Costs { node: 1.0, item: 3.0, item_size: 1, max_items: 1 };
 
 /// An eight-way tree whose leaves are instance records.
@@ -22,7 +22,7 @@ pub struct TopLevelBvh {
     far: FarRays,
 }
 
-/// The numbers of instances, in the order of the leaves.
+/// The indices of instances, in the order of the leaves.
 struct Instances<'a> {
     primitives: &'a [u32],
     list: Vec<u32>,
@@ -44,7 +44,7 @@ impl Items for Instances<'_> {
     }
 }
 
-/// In short: how large it is.
+/// Prints the sizes only.
 impl fmt::Debug for TopLevelBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, instances) = (self.node_count(), self.instance_count());
@@ -53,7 +53,8 @@ impl fmt::Debug for TopLevelBvh {
 }
 
 impl TopLevelBvh {
-    /// Collapses a binary tree over instances, each alone in its leaf. `far` is the further error of rays from far away.
+    /// Collapses a binary tree over instances with one instance per leaf. `far` is the additional
+    /// error bound for rays with distant origins.
     pub(crate) fn new(binary: &Bvh, far: FarRays) -> Self {
         let mut instances =
             Instances { primitives: binary.primitives(), list: Vec::with_capacity(binary.primitives().len()) };
@@ -61,7 +62,8 @@ impl TopLevelBvh {
         Self { tree, instances: instances.list, far }
     }
 
-    /// Becomes a copy, in the memory that is there; `far` is the further error of rays from far away now.
+    /// Copies another tree, reusing memory; `far` replaces its error bound for rays with distant
+    /// origins.
     pub(crate) fn copy_from(&mut self, other: &Self, far: FarRays) {
         self.tree.nodes.clone_from(&other.tree.nodes);
         self.tree.items = other.tree.items;
@@ -70,7 +72,7 @@ impl TopLevelBvh {
         self.far = far;
     }
 
-    /// The further error of rays from far away.
+    /// The additional error bound for rays with distant origins.
     #[inline(always)]
     pub(crate) fn far(&self) -> FarRays {
         self.far
@@ -82,7 +84,7 @@ impl TopLevelBvh {
         &self.tree
     }
 
-    /// Numbers of instance records, in the order of the leaves.
+    /// Indices of instance records, in the order of the leaves.
     #[inline(always)]
     pub fn instances(&self) -> &[u32] {
         &self.instances
@@ -94,12 +96,12 @@ impl TopLevelBvh {
         self.tree.bounds()
     }
 
-    /// How many instances there are.
+    /// The number of instances.
     pub fn instance_count(&self) -> usize {
         self.instances.len()
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub fn node_count(&self) -> usize {
         self.tree.node_count()
     }
@@ -109,12 +111,13 @@ impl TopLevelBvh {
         self.tree.depth()
     }
 
-    /// Bytes held.
+    /// Bytes of heap memory held.
     pub fn heap_bytes(&self) -> usize {
         self.tree.heap_bytes() + self.instances.capacity() * size_of::<u32>()
     }
 
-    /// The expected cost of a ray that hits the root, in visits of nodes and entries of instances.
+    /// The expected cost of a ray that hits the root, from the costs of a node visit and of
+    /// entering an instance.
     pub fn cost(&self, node_cost: f32, instance_cost: f32) -> f32 {
         self.tree.cost(node_cost, instance_cost)
     }
@@ -127,7 +130,7 @@ impl TopLevelBvh {
     /// Checks the promises of the tree.
     ///
     /// # Errors
-    /// The first promise that does not hold, and where.
+    /// The first promise that is broken, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         self.tree.validate()
     }

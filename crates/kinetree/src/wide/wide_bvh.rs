@@ -1,4 +1,4 @@
-//! A tree of wide nodes, whatever its leaves lead to.
+//! The eight-way tree, for any kind of items in its leaves.
 
 use std::fmt;
 
@@ -8,29 +8,32 @@ use super::{WideNode, WideTarget};
 use crate::geometry::Aabb;
 use crate::tree::{Location, MAX_DEPTH, Violation};
 
-/// Room for everything that a walk can have set aside: of each level at most seven, and eight of the last.
+/// The traversal stack that is always large enough: at most seven entries per level, and eight of
+/// the last.
 pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
 
 /// An eight-way tree of boxes. Always:
 /// 1. node 0 is the root;
 /// 2. the lanes in use are the first ones, and there is at least one;
-/// 3. the box of a lane contains the boxes of the node that it leads to;
+/// 3. the box of a lane contains all boxes of the node that it links to;
 /// 4. every item is in exactly one leaf;
-/// 5. no child stands before its parent, so a backwards walk refits; each node knows the lane that leads to it;
+/// 5. a child comes after its parent, so that refitting is one pass from the last node to the
+///    first; each node stores the lane of its parent that links to it;
 /// 6. no path is longer than [`MAX_DEPTH`](crate::tree::MAX_DEPTH);
-/// 7. a subtree stands together: after each node come the subtrees of its lanes, one after the other, and the items of the leaves stand in the order of the
-///    nodes that lead to them, so a part of the tree is a part of both lists.
+/// 7. nodes are in depth-first order: each node is followed by the subtrees of its lanes, in order,
+///    and items are in the order of the leaves. So the nodes of a subtree are contiguous, and so
+///    are its items.
 ///
 /// A tree without items has no nodes.
 #[derive(Clone, Default)]
 pub struct WideBvh {
     pub(super) nodes: Vec<WideNode>,
-    /// How many items the leaves lead to.
+    /// The number of items in the leaves.
     pub(super) items: u32,
     pub(super) bounds: Aabb,
 }
 
-/// In short: how large it is.
+/// Prints the sizes only.
 impl fmt::Debug for WideBvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (nodes, items) = (self.node_count(), self.item_count());
@@ -45,7 +48,7 @@ impl WideBvh {
         &self.nodes
     }
 
-    /// All nodes as walks read them, if there are any.
+    /// All nodes as traversal reads them; `None` if there are none.
     #[inline(always)]
     pub(crate) fn rows(&self) -> Option<NodeArray<'_>> {
         NodeArray::new(bytemuck::cast_slice(&self.nodes))
@@ -57,23 +60,23 @@ impl WideBvh {
         self.bounds
     }
 
-    /// The same, where it stands.
+    /// The box around everything, by reference.
     #[inline(always)]
     pub(crate) fn around(&self) -> &Aabb {
         &self.bounds
     }
 
-    /// How many items the leaves lead to.
+    /// The number of items in the leaves.
     pub fn item_count(&self) -> usize {
         self.items as usize
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Bytes held.
+    /// Bytes of heap memory held.
     pub fn heap_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<WideNode>()
     }
@@ -91,15 +94,15 @@ impl WideBvh {
         depth_of.into_iter().max().unwrap_or(0)
     }
 
-    /// The expected cost of a ray that hits the root: visits of nodes and tests of items, each weighed by the chance of a random line that crosses the root
-    /// to cross it too.
+    /// The expected cost of a ray that hits the root: node visits and item tests, each weighted by
+    /// the probability that a random line through the root's box crosses the lane's box.
     pub fn cost(&self, node_cost: f32, item_cost: f32) -> f32 {
         let root = f64::from(self.bounds.half_area());
-        let share = |area: f32| if root > 0.0 && root.is_finite() { f64::from(area) / root } else { 1.0 };
+        let probability = |area: f32| if root > 0.0 && root.is_finite() { f64::from(area) / root } else { 1.0 };
         let below = |node: &WideNode| -> f64 {
             node.lanes()
                 .map(|(lane, link)| {
-                    share(node.bounds(lane).half_area())
+                    probability(node.bounds(lane).half_area())
                         * match link.target() {
                             WideTarget::Node(_) => f64::from(node_cost),
                             WideTarget::Items(items) => f64::from(item_cost) * items.len() as f64,
@@ -111,7 +114,8 @@ impl WideBvh {
         (root_visit + self.nodes.iter().map(below).sum::<f64>()) as f32
     }
 
-    /// How much siblings stand in each other's way: the summed area of what they have in common, pair by pair, over the root's area.
+    /// How much siblings overlap: the summed area of the intersections of all pairs of siblings'
+    /// boxes over the root's area.
     pub fn overlap(&self) -> f32 {
         let root = f64::from(self.bounds.half_area());
         let mut shared = 0.0;
@@ -128,10 +132,10 @@ impl WideBvh {
     /// Checks promises 1 to 7.
     ///
     /// # Errors
-    /// The first promise that does not hold, and where.
+    /// The first promise that is broken, and where.
     pub fn validate(&self) -> Result<(), Violation> {
         let mut depth_of = vec![0_usize; self.nodes.len()];
-        let mut met = vec![false; self.items as usize];
+        let mut found = vec![false; self.items as usize];
         if let Some(root) = depth_of.first_mut() {
             *root = 1;
         }
@@ -149,7 +153,7 @@ impl WideBvh {
             for (lane, link) in node.lanes() {
                 let bounds = node.bounds(lane);
                 if bounds.min.iter().chain(&bounds.max).any(|x| x.is_nan()) {
-                    return violation(3, "a box that is no number", lane);
+                    return violation(3, "a box with a NaN", lane);
                 }
                 match link.target() {
                     WideTarget::Node(child) => {
@@ -167,8 +171,8 @@ impl WideBvh {
                     }
                     WideTarget::Items(items) => {
                         for item in items {
-                            match met.get_mut(item as usize) {
-                                Some(met) if !*met => *met = true,
+                            match found.get_mut(item as usize) {
+                                Some(found) if !*found => *found = true,
                                 _ => return violation(4, "an item that is in two leaves, or nowhere", lane),
                             }
                         }
@@ -176,7 +180,7 @@ impl WideBvh {
                 }
             }
         }
-        match met.iter().position(|met| !met) {
+        match found.iter().position(|found| !found) {
             Some(item) => Err(Violation::new(4, "an item in no leaf", Location::Item(item))),
             None if self.nodes.first().is_some_and(|root| !self.bounds.contains(&root.all_bounds())) => {
                 Err(Violation::new(3, "a root that reaches out of the box around everything", Location::Node(0)))
@@ -185,7 +189,7 @@ impl WideBvh {
         }
     }
 
-    /// Whether promise 7 holds, given the others.
+    /// Checks promise 7, given the others.
     fn check_order(&self) -> Result<(), Violation> {
         let violation = |what, node, lane| Err(Violation::new(7, what, Location::Lane { node, lane }));
         let mut sizes = vec![1; self.nodes.len()];
@@ -198,7 +202,7 @@ impl WideBvh {
             for (lane, link) in node.lanes() {
                 match link.target() {
                     WideTarget::Node(child) if child as usize != next_node => {
-                        return violation("a subtree that does not stand together", at, lane);
+                        return violation("a subtree that is not contiguous", at, lane);
                     }
                     WideTarget::Items(items) if items.start != next_item => {
                         return violation("items that are not in the order of their nodes", at, lane);

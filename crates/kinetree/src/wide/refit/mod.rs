@@ -1,16 +1,17 @@
-//! New boxes for the same eight-way tree, whose triangles have moved.
+//! Refitting: new boxes for the same eight-way tree, whose triangles have moved.
 //!
-//! A tree is refitted into a spare one of the same topology, so that whoever still traces the old
-//! one is not disturbed. What both have in common, a [`Plan`], is made at the first refit and
-//! handed on: from then on only corners and planes are written, and nothing of the old tree is
-//! read. The tree is cut into chunks, subtrees that stand together; each is chunk_bounds by itself, by any
-//! thread, and then the few nodes above them are done by one. Whatever the spare had missed does
-//! not matter, since every chunk is refitted every time.
+//! A tree is refitted into a spare one of the same topology, so that queries of the old tree go on
+//! undisturbed. The first refit makes a [`Plan`], which both trees share: from then on only corners
+//! and planes are written, and nothing of the old tree is read. The tree is divided into chunks,
+//! which are contiguous subtrees; chunks are refitted in parallel, then one thread refits the few
+//! nodes above them. The spare may have missed any number of refits, since all chunks are refitted
+//! every time.
 //!
-//! A sweep gives what the cost of rays follows from (`measure`): the areas of the boxes in its
-//! nodes, weighed by what it takes to visit them, and the areas of the triangles' own boxes.
+//! The pass over a chunk also sums up what the cost of rays is computed from (`measure`): the areas
+//! of the boxes in its nodes, weighted by the cost of visiting them, and the areas of the
+//! triangles' own boxes.
 //!
-//! Of a triangle that spatial splits had cut, every leaf that holds a part gets the whole.
+//! If spatial splits cut a triangle, each of its leaves gets the box of the whole triangle.
 
 mod plan;
 mod sweep;
@@ -29,21 +30,22 @@ use crate::threads::Threads;
 use plan::Chunk;
 use sweep::Sweep;
 
-/// Chunks in a piece of work, some tens of microseconds. Trees of fewer are refitted by one thread.
+/// Chunks per parallel task: some tens of microseconds. Smaller trees are refitted by one thread.
 const GRAIN: usize = 4;
 
-/// What a refit found out about a chunk.
+/// The results of refitting a chunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ChunkBounds {
     pub(super) bounds: Aabb,
-    /// Half areas of all boxes in its nodes, each weighed by what it costs to visit.
+    /// The sum of the half areas of all boxes in its nodes, each times the cost of visiting its
+    /// child.
     pub(super) cost: f64,
-    /// Half areas of the boxes of its triangles, without padding.
+    /// The sum of the half areas of the boxes of its triangles, without padding.
     pub(super) triangle_boxes: f64,
 }
 
-/// A chunk and what is written to it.
-struct Work<'a> {
+/// The task of refitting a chunk.
+struct ChunkTask<'a> {
     chunk: &'a Chunk,
     nodes: &'a mut [WideNode],
     blocks: &'a mut [TriangleBlock],
@@ -51,36 +53,36 @@ struct Work<'a> {
 }
 
 impl MeshBvh {
-    /// The same tree for triangles that have moved, written into `spare`, whatever that held
-    /// before. If it held a tree that was refitted from this one, or from one that this was
-    /// refitted from, nothing but boxes and corners is written, and nothing large is allocated.
+    /// Writes the same tree, for triangles that have moved, to `spare`, whatever its contents. If
+    /// both trees share a plan because one was refitted from the other or both from a third, only
+    /// boxes and corners are written, and nothing large is allocated.
     ///
-    /// The same boxes for every number of threads and every level.
+    /// The boxes do not depend on the number of threads or the SIMD level.
     pub(crate) fn refit_into(&self, spare: &mut Self, triangles: &Triangles, threads: &Threads, level: Level) {
         let plan = match self.plan.get_or_init(|| Plan::of(self, triangles).into()) {
             plan if plan.fits(triangles) => plan.clone(),
             _ => Plan::of(self, triangles).into(),
         };
         if !spare.plan.get().is_some_and(|of| Arc::ptr_eq(of, &plan)) {
-            spare.take_shape_of(self, plan.clone());
+            spare.copy_topology_of(self, plan.clone());
         }
-        let mut work = share_out(&plan, &mut spare.tree.nodes, &mut spare.blocks);
-        threads.for_each(&mut work, GRAIN, &|_, work| {
-            work.chunk_bounds = level.run(Sweep {
-                nodes: &mut *work.nodes,
-                blocks: &mut *work.blocks,
-                first_node: work.chunk.nodes.start as usize,
-                first_block: work.chunk.blocks.start as usize,
-                corners: plan.corners_of(&work.chunk.blocks),
+        let mut tasks = divide(&plan, &mut spare.tree.nodes, &mut spare.blocks);
+        threads.for_each(&mut tasks, GRAIN, &|_, task| {
+            task.chunk_bounds = level.run(Sweep {
+                nodes: &mut *task.nodes,
+                blocks: &mut *task.blocks,
+                first_node: task.chunk.nodes.start as usize,
+                first_block: task.chunk.blocks.start as usize,
+                corners: plan.corners_of(&task.chunk.blocks),
                 positions: triangles.positions(),
             });
         });
         spare.chunks.clear();
-        spare.chunks.extend(work.iter().map(|work| work.chunk_bounds));
+        spare.chunks.extend(tasks.iter().map(|task| task.chunk_bounds));
         spare.above_chunks(&plan, triangles);
     }
 
-    /// The nodes above the chunks, in plain code: there are few.
+    /// Refits the nodes above the chunks, which are few.
     fn above_chunks(&mut self, plan: &Plan, triangles: &Triangles) {
         let (nodes, blocks) = (&mut self.tree.nodes, &mut self.blocks);
         self.tree.bounds = Aabb::EMPTY;
@@ -121,11 +123,11 @@ fn set_in_parent(nodes: &mut [WideNode], child: usize, bounds: &Aabb) {
     nodes[parent / LANES].set_box(parent % LANES, bounds);
 }
 
-/// Divides nodes and blocks among the chunks. Those above the chunks are left out.
-fn share_out<'a>(plan: &'a Plan, nodes: &'a mut [WideNode], blocks: &'a mut [TriangleBlock]) -> Vec<Work<'a>> {
-    let (mut nodes, mut blocks) = (Rest { items: nodes, first: 0 }, Rest { items: blocks, first: 0 });
+/// Divides nodes and blocks among the chunks, except those above the chunks.
+fn divide<'a>(plan: &'a Plan, nodes: &'a mut [WideNode], blocks: &'a mut [TriangleBlock]) -> Vec<ChunkTask<'a>> {
+    let (mut nodes, mut blocks) = (Remaining { items: nodes, first: 0 }, Remaining { items: blocks, first: 0 });
     let chunk_bounds = ChunkBounds { bounds: Aabb::EMPTY, cost: 0.0, triangle_boxes: 0.0 };
-    let of = |chunk: &'a Chunk| Work {
+    let of = |chunk: &'a Chunk| ChunkTask {
         chunk,
         nodes: nodes.take(&chunk.nodes),
         blocks: blocks.take(&chunk.blocks),
@@ -135,12 +137,12 @@ fn share_out<'a>(plan: &'a Plan, nodes: &'a mut [WideNode], blocks: &'a mut [Tri
 }
 
 /// The items of a slice from `first` on.
-struct Rest<'a, T> {
+struct Remaining<'a, T> {
     items: &'a mut [T],
     first: u32,
 }
 
-impl<'a, T> Rest<'a, T> {
+impl<'a, T> Remaining<'a, T> {
     fn take(&mut self, range: &Range<u32>) -> &'a mut [T] {
         let (_, rest) = std::mem::take(&mut self.items).split_at_mut((range.start - self.first) as usize);
         let (taken, rest) = rest.split_at_mut((range.end - range.start) as usize);
@@ -150,6 +152,6 @@ impl<'a, T> Rest<'a, T> {
 }
 
 #[cfg(test)]
-mod by_hand;
+mod naive;
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! What all refits of a tree have in common: the vertices of its blocks, and its chunks.
+//! The data that all refits of a tree share: the vertex indices of its blocks, and its chunks.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,29 +9,31 @@ use super::super::{MeshBvh, WideBvh, WideTarget};
 use crate::geometry::Triangles;
 use crate::memory::vec_in_large_pages;
 
-/// The most blocks in a chunk, and the most nodes: its boxes stay in the nearest cache until the nodes above them have been written.
-pub(super) const MOST_BLOCKS: u32 = 1024;
-pub(super) const MOST_NODES: u32 = 512;
+/// The largest numbers of blocks and nodes in a chunk: their boxes stay in the first-level cache
+/// until the nodes above them have been written.
+pub(super) const MAX_BLOCKS: u32 = 1024;
+pub(super) const MAX_NODES: u32 = 512;
 
-/// Vertex numbers of four triangles, `[corner][lane]`. Lanes that are not in use repeat the first.
+/// Vertex indices of four triangles, `[corner][lane]`. Unused lanes repeat the first.
 pub(super) type Corners = [[u32; BLOCK]; 3];
 
-/// A subtree that is refitted at one go. It stands together, and so do its blocks (promise 7).
+/// A subtree that one task refits. Its nodes and its blocks are contiguous (promise 7).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Chunk {
     pub(super) nodes: Range<u32>,
     pub(super) blocks: Range<u32>,
 }
 
-/// How a tree is refitted. Trees that share one have the same nodes, links and triangles, in the same places.
+/// How a tree is refitted. Trees that share a plan have the same topology and the same triangles in
+/// the same blocks.
 #[derive(Debug)]
 pub(in super::super) struct Plan {
     corners: Vec<Corners>,
     /// In the order of their nodes.
     pub(super) chunks: Vec<Chunk>,
-    /// Nodes in no chunk, parents first.
+    /// Nodes that are in no chunk, parents first.
     pub(super) above: Vec<u32>,
-    /// The vertex numbers that `corners` was made of.
+    /// The vertex indices that `corners` was made of.
     indices: Arc<[[u32; 3]]>,
 }
 
@@ -46,7 +48,7 @@ impl Plan {
         Self { corners, chunks, above, indices: triangles.shared_indices().clone() }
     }
 
-    /// Whether it was made for triangles with these vertex numbers.
+    /// Whether it was made for triangles with these vertex indices.
     pub(super) fn fits(&self, triangles: &Triangles) -> bool {
         Arc::ptr_eq(&self.indices, triangles.shared_indices())
     }
@@ -55,7 +57,7 @@ impl Plan {
         &self.corners[blocks.start as usize..blocks.end as usize]
     }
 
-    /// Bytes held.
+    /// Bytes of heap memory held.
     pub(in super::super) fn heap_bytes(&self) -> usize {
         self.corners.capacity() * size_of::<Corners>()
             + self.chunks.capacity() * size_of::<Chunk>()
@@ -63,7 +65,7 @@ impl Plan {
     }
 }
 
-/// The largest subtrees that are small enough for a chunk, and the nodes above them.
+/// The maximal subtrees that fit in a chunk, and the nodes above them.
 fn cut(tree: &WideBvh) -> (Vec<Chunk>, Vec<u32>) {
     // Promise 7: a subtree ends where the one after it begins.
     let mut ends: Vec<(u32, u32)> = Vec::with_capacity(tree.nodes.len());
@@ -89,7 +91,7 @@ fn cut(tree: &WideBvh) -> (Vec<Chunk>, Vec<u32>) {
     let mut at = 0;
     while at < tree.nodes.len() {
         let chunk = Chunk { nodes: at as u32..ends[at].0, blocks: firsts[at]..ends[at].1 };
-        if chunk.nodes.len() as u32 <= MOST_NODES && chunk.blocks.len() as u32 <= MOST_BLOCKS {
+        if chunk.nodes.len() as u32 <= MAX_NODES && chunk.blocks.len() as u32 <= MAX_BLOCKS {
             at = chunk.nodes.end as usize;
             chunks.push(chunk);
         } else {

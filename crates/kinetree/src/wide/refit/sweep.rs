@@ -1,8 +1,9 @@
-//! The pass over a chunk: blocks from vertices, then boxes from the leaves up.
+//! Refitting a chunk: blocks from vertices, then boxes from the leaves up.
 //!
-//! Blocks are written in order, and a box is made of each from the corners while they are in registers. Then the nodes are walked backwards, because no child stands
-//! before its parent. The boxes of what a node leads to are on the way up from a small table, points side by side, and become the rows of the node by a
-//! transposition; the node itself is only written, never read, but for its links.
+//! Blocks are written in order, and the box of each is computed while the corners are in registers.
+//! Then nodes are refitted from the last to the first, because children come after their parents.
+//! The boxes of blocks and nodes are kept in a table, as points; those of a node's children are
+//! transposed to the rows of the node. Nodes are only written; only their links are read.
 
 use super::super::node::LANES;
 use super::super::{TriangleBlock, WideLink, WideNode};
@@ -15,20 +16,21 @@ use crate::wide::mesh_bvh::COSTS;
 /// See [`Aabb::padded`].
 const PADDING: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// How far ahead memory is asked for. From 8 to 32 blocks all were alike; without, refits of 0.3, 0.6 and 4.5 million triangles took 12, 30 and 41 % longer.
+/// The prefetch distances. Measured: from 8 to 32 blocks there is no difference; without
+/// prefetching, refits of 0.3, 0.6 and 4.5 million triangles take 12, 30 and 41 % longer.
 const BLOCKS_AHEAD: usize = 16;
 const NODES_AHEAD: usize = 8;
 
-// A node is weighed like a block here.
+// The sum of costs below assumes equal costs of a node and a block.
 const _: () = assert!(COSTS.node.to_bits() == COSTS.item.to_bits());
 
-/// A lower and an upper corner; the fourth numbers mean nothing.
+/// A lower and an upper corner; the fourth lanes are unused.
 type TwoCorners = [[f32; 4]; 2];
 
 pub(super) struct Sweep<'a> {
     pub(super) nodes: &'a mut [WideNode],
     pub(super) blocks: &'a mut [TriangleBlock],
-    /// The number of the first node in the tree, and of the first block.
+    /// The indices of the first node and the first block in the tree.
     pub(super) first_node: usize,
     pub(super) first_block: usize,
     /// One for each block.
@@ -63,7 +65,7 @@ impl Kernel for Sweep<'_> {
             isa.prefetch(self.nodes, at.wrapping_sub(NODES_AHEAD));
             let node = &mut self.nodes[at];
             let (mut lower, mut upper) = ([empty.0; LANES], [empty.1; LANES]);
-            let (mut least, mut most) = empty;
+            let (mut lower_corner, mut upper_corner) = empty;
             for lane in 0..node.in_use.count_ones() as usize & (2 * LANES - 1) {
                 let link = WideLink::from_bits(node.links[lane & (LANES - 1)]);
                 let first = if link.is_leaf() {
@@ -72,15 +74,15 @@ impl Kernel for Sweep<'_> {
                     (block_count + node_count - 1 + self.first_node).wrapping_sub(link.node_index())
                 };
                 let (mut min, mut max) = (isa.load4(&boxes[first][0]), isa.load4(&boxes[first][1]));
-                // A link to a node counts one.
+                // The item count of a link to a node is one.
                 for item in 1..link.item_count() {
                     min = isa.min4(min, isa.load4(&boxes[first + item][0]));
                     max = isa.max4(max, isa.load4(&boxes[first + item][1]));
                 }
                 (lower[lane & (LANES - 1)], upper[lane & (LANES - 1)]) = (min, max);
-                (least, most) = (isa.min4(least, min), isa.max4(most, max));
+                (lower_corner, upper_corner) = (isa.min4(lower_corner, min), isa.max4(upper_corner, max));
             }
-            boxes.push([isa.store4(least), isa.store4(most)]);
+            boxes.push([isa.store4(lower_corner), isa.store4(upper_corner)]);
             let (lower, upper) = (isa.transpose_xyz(&lower), isa.transpose_xyz(&upper));
             let mut extent = [zero; 3];
             for axis in 0..3 {
@@ -106,15 +108,15 @@ impl Kernel for Sweep<'_> {
     }
 }
 
-/// A block that was written.
+/// The results of writing a block.
 struct Moved<F4> {
-    /// The one that [`TriangleBlock::bounds`] gives.
+    /// The same box as [`TriangleBlock::bounds`] returns.
     bounds: TwoCorners,
-    /// The half areas of the boxes of its triangles, without padding; zero in lanes that are not in use.
+    /// The half areas of the boxes of its triangles, without padding; zero in unused lanes.
     triangle_boxes: F4,
 }
 
-/// Fetches the corners of a block.
+/// Writes the corners of a block.
 #[inline(always)]
 fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, positions: &[[f32; 3]]) -> Moved<I::F4> {
     let zero = isa.splat4(0.0);
@@ -140,8 +142,11 @@ fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, posi
     let areas = isa.add4(isa.add4(isa.mul4(x, y), isa.mul4(y, z)), isa.mul4(z, x));
     let pad = isa.mul4(largest, isa.splat4(PADDING));
     let [a, b, c, d] = isa.transpose4([isa.sub4(min[0], pad), isa.sub4(min[1], pad), isa.sub4(min[2], pad), zero]);
-    let least = isa.min4(isa.min4(a, b), isa.min4(c, d));
+    let lower_corner = isa.min4(isa.min4(a, b), isa.min4(c, d));
     let [a, b, c, d] = isa.transpose4([isa.add4(max[0], pad), isa.add4(max[1], pad), isa.add4(max[2], pad), zero]);
-    let most = isa.max4(isa.max4(a, b), isa.max4(c, d));
-    Moved { bounds: [isa.store4(least), isa.store4(most)], triangle_boxes: isa.blend_prefix(block.count, areas, zero) }
+    let upper_corner = isa.max4(isa.max4(a, b), isa.max4(c, d));
+    Moved {
+        bounds: [isa.store4(lower_corner), isa.store4(upper_corner)],
+        triangle_boxes: isa.blend_prefix(block.count, areas, zero),
+    }
 }

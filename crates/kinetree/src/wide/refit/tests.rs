@@ -1,6 +1,6 @@
 use super::super::{RayCost, TriangleBlock};
-use super::by_hand;
-use super::plan::{MOST_BLOCKS, MOST_NODES};
+use super::naive;
+use super::plan::{MAX_BLOCKS, MAX_NODES};
 use super::*;
 use crate::build::{self, BuildOptions, Quality};
 use crate::threads::Executor;
@@ -28,7 +28,7 @@ impl Random {
     }
 }
 
-/// Triangles that share corners with neighbours, `size` large altogether.
+/// Pairs of triangles that share an edge, in a cube from `-size` to `size`.
 fn soup(count: u32, size: f32, random: &mut Random) -> (Vec<[f32; 3]>, Arc<[[u32; 3]]>) {
     let mut positions = Vec::new();
     for _ in 0..count.div_ceil(2) {
@@ -48,7 +48,8 @@ fn tree_of(positions: &[[f32; 3]], indices: &Arc<[[u32; 3]]>, quality: Quality) 
     MeshBvh::new(&build::build_triangles(&triangles, &options), &triangles)
 }
 
-/// All bits that a refit writes. The sign of zero does not count: which of two zeros is the smaller one depends on the order of looking.
+/// All bits that a refit writes, except the sign of zero: the minimum of two zeros depends on the
+/// order of operands.
 fn bits(tree: &MeshBvh) -> Vec<u32> {
     let bounds = tree.bounds();
     let planes = tree.tree.nodes.iter().flat_map(|node| node.planes.as_flattened().as_flattened());
@@ -61,7 +62,8 @@ fn bits(tree: &MeshBvh) -> Vec<u32> {
     planes.chain(links).chain(tree.blocks.iter().flat_map(corners)).collect()
 }
 
-/// As many threads as are asked for, as a pool would have them: every second join on a thread of its own until they are used up.
+/// A pool of a given number of threads: joins run the second job on a new thread until they are
+/// used up.
 struct Pool(std::sync::atomic::AtomicUsize);
 
 impl Executor for Pool {
@@ -86,7 +88,7 @@ fn pools() -> Vec<Threads> {
 }
 
 fn check(name: &str, tree: &MeshBvh, moved: &Triangles, spare: &mut MeshBvh) {
-    let expected = by_hand::refit(tree, moved);
+    let expected = naive::refit(tree, moved);
     assert_eq!(expected.validate(), Ok(()), "{name}");
     let expected_bits = bits(&expected);
     let mut chunks = None;
@@ -103,7 +105,8 @@ fn check(name: &str, tree: &MeshBvh, moved: &Triangles, spare: &mut MeshBvh) {
     }
 }
 
-/// What the sweep found against the definitions, in double precision. There is a cost where both areas can be told from zero and infinity.
+/// Compares the cost of the sweep with its definition in double precision. There is a cost if both
+/// areas are neither zero nor infinite.
 fn check_cost(name: &str, found: Option<RayCost>, tree: &MeshBvh) {
     let half_area = |bounds: &Aabb| {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from((bounds.max[axis] - bounds.min[axis]).max(0.0)));
@@ -165,15 +168,15 @@ fn flat_and_vanishing_triangles_are_refitted_like_others() {
     let (still, indices) = soup(900, 1.0, &mut random);
     let tree = tree_of(&still, &indices, Quality::Fast);
     let mut spare = MeshBvh::default();
-    type Place = fn([f32; 3]) -> [f32; 3];
-    let all: [(&str, Place); 4] = [
-        ("in one place", |_| [0.25, -3.0, 7.0]),
+    type Deform = fn([f32; 3]) -> [f32; 3];
+    let all: [(&str, Deform); 4] = [
+        ("in one deform", |_| [0.25, -3.0, 7.0]),
         ("at the origin, of either sign", |[x, y, z]| [0.0 * x, 0.0 * y, 0.0 * z]),
         ("flat", |[x, y, _]| [x, y, -1.0]),
         ("on a line", |[x, _, _]| [x, x, x]),
     ];
-    for (name, place) in all {
-        let moved = Triangles::new(still.iter().copied().map(place).collect(), indices.clone()).expect("in range");
+    for (name, deform) in all {
+        let moved = Triangles::new(still.iter().copied().map(deform).collect(), indices.clone()).expect("in range");
         check(&format!("seed {seed}, {name}"), &tree, &moved, &mut spare);
     }
 }
@@ -189,7 +192,7 @@ fn a_tree_of_trees_that_were_refitted_is_right_whatever_the_spare_had_missed() {
         let bend = 0.1 * step as f32;
         let moved = still.iter().map(|p| [p[0] - p[2] * bend, p[1] + bend, p[2]]).collect();
         let moved = Triangles::new(moved, indices.clone()).expect("in range");
-        let expected = bits(&by_hand::refit(&current, &moved));
+        let expected = bits(&naive::refit(&current, &moved));
         let spare = &mut spares[step % 3];
         current.refit_into(spare, &moved, &Threads::default(), Level::current());
         assert!(bits(spare) == expected, "seed {seed}, step {step}");
@@ -212,9 +215,9 @@ fn a_spare_of_another_tree_takes_the_new_shape() {
     let mut spare = MeshBvh::default();
     for _ in 0..2 {
         one_tree.refit_into(&mut spare, &one, &Threads::one(), Level::current());
-        assert!(bits(&spare) == bits(&by_hand::refit(&one_tree, &one)), "seed {seed}");
+        assert!(bits(&spare) == bits(&naive::refit(&one_tree, &one)), "seed {seed}");
         other_tree.refit_into(&mut spare, &other, &Threads::one(), Level::current());
-        assert!(bits(&spare) == bits(&by_hand::refit(&other_tree, &other)), "seed {seed}");
+        assert!(bits(&spare) == bits(&naive::refit(&other_tree, &other)), "seed {seed}");
     }
 }
 
@@ -228,7 +231,7 @@ fn chunks_cover_the_tree_once_and_none_is_too_large() {
     let mut nodes: Vec<u32> = plan.above.clone();
     let mut blocks = 0;
     for chunk in &plan.chunks {
-        assert!(chunk.nodes.len() <= MOST_NODES as usize && chunk.blocks.len() <= MOST_BLOCKS as usize, "{chunk:?}");
+        assert!(chunk.nodes.len() <= MAX_NODES as usize && chunk.blocks.len() <= MAX_BLOCKS as usize, "{chunk:?}");
         nodes.extend(chunk.nodes.clone());
         blocks += chunk.blocks.len();
         for at in chunk.nodes.clone() {

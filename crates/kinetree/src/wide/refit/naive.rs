@@ -1,4 +1,4 @@
-//! The slow twin: corner by corner, box by box, the whole tree at once.
+//! The slow twin of refitting: corner by corner, box by box, without chunks or SIMD.
 
 use super::super::node::LANES;
 use super::super::{MeshBvh, WideTarget};
