@@ -34,6 +34,7 @@ handles! {
 /// What can be placed, masked, numbered and excluded: a node (in its parent) or an instance (in its
 /// node).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Placed {
     /// A node.
     Node(NodeId),

@@ -36,6 +36,8 @@
 //!
 //! The modules stand in the order of their layers; each uses what stands before it only.
 
+#![warn(missing_debug_implementations)] // reports and snapshots are printed while debugging a game
+
 mod build_progress;
 #[cfg(feature = "parallel")]
 mod crew;
@@ -56,6 +58,7 @@ pub mod query;
 pub mod scene;
 pub mod tree_file;
 
+pub use build::{BuildOptions, BuildProgress, Cancelled, Quality};
 pub use geometry::{Aabb, Affine, Precision, Ray};
 pub use query::{Candidate, Coherence, Cull, Hit, Query};
 pub use scene::{

@@ -105,8 +105,11 @@ fn work_is_counted_one_by_one() {
         Mesh::new(&positions, &(0..positions.len() as u32).collect::<Vec<_>>()).unwrap()
     };
     let ahead = |x: f32| Ray::new([x + 0.2, 0.2, 5.0], [0.0, 0.0, -1.0]);
-    let work =
-        |[nodes, leaves, blocks, triangles, instances]: [u64; 5]| Work { nodes, leaves, blocks, triangles, instances };
+    let work = |counts: [u64; 5]| {
+        let mut work = Work::default();
+        [work.nodes, work.leaves, work.blocks, work.triangles, work.instances] = counts;
+        work
+    };
     let apart = [0.0, 100.0].map(|x| Affine::from_translation([x, 0.0, 0.0]));
     let one = common::alone(mesh(&[0.0]));
     let three = common::alone(mesh(&[0.0, 0.1, 0.2]));

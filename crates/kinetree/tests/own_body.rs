@@ -259,7 +259,7 @@ fn a_batch_with_too_few_exclusions_panics() {
 #[should_panic(expected = "one entry of `without_each` per ray")]
 fn a_single_ray_with_the_exclusions_of_a_batch_panics() {
     let Traffic { mut scene, bodies, .. } = traffic();
-    scene.commit().query().without_each(&bodies[..2]).occluded(&rays_from_inside(1)[0]);
+    let _ = scene.commit().query().without_each(&bodies[..2]).occluded(&rays_from_inside(1)[0]);
 }
 
 /// A hierarchy that grows and shrinks, noted beside the scene.
@@ -276,6 +276,7 @@ impl Grown {
         let node = match what {
             Placed::Instance(other) => return instance == other,
             Placed::Node(node) => node,
+            other => panic!("{other:?} is neither a node nor an instance"),
         };
         std::iter::successors(Some(self.hangs_on[&instance]), |at| self.parents.get(at).copied()).any(|at| at == node)
     }

@@ -3,8 +3,10 @@
 use crate::threads::Threads;
 use crate::tree::Link;
 
-/// How much build time to trade for traversal speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// How much build time to trade for traversal speed. Ordered from the fastest build to the fastest
+/// traversal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[non_exhaustive]
 pub enum Quality {
     /// For trees that are rebuilt every frame: clustering along a Morton curve, starting from
     /// leaves of several primitives.
@@ -26,6 +28,13 @@ impl Quality {
 }
 
 /// How a tree is built.
+///
+/// ```
+/// use kinetree::{BuildOptions, Quality, Threads};
+///
+/// let options = BuildOptions::new().quality(Quality::Best).threads(Threads::one());
+/// assert_eq!(options.quality, Quality::Best);
+/// ```
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct BuildOptions {
@@ -47,6 +56,24 @@ impl Default for BuildOptions {
 }
 
 impl BuildOptions {
+    /// The default quality, on all threads.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// How much build time to trade for traversal speed.
+    #[must_use]
+    pub fn quality(self, quality: Quality) -> Self {
+        Self { quality, ..self }
+    }
+
+    /// Where the build runs. The tree does not depend on it.
+    #[must_use]
+    pub fn threads(self, threads: Threads) -> Self {
+        Self { threads, ..self }
+    }
+
     /// For trees whose primitives are costly, such as instances: one in each leaf.
     pub(crate) fn single() -> Self {
         Self { max_leaf: 1, ..Self::default() }

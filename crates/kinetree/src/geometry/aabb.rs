@@ -41,6 +41,7 @@ impl Aabb {
 
     /// The smallest box around both.
     #[inline]
+    #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self {
             min: Vec3::from(self.min).min(Vec3::from(other.min)).into(),
@@ -50,6 +51,7 @@ impl Aabb {
 
     /// The smallest box around this one and a point.
     #[inline]
+    #[must_use]
     pub fn extended(&self, point: [f32; 3]) -> Self {
         self.union(&Self { min: point, max: point })
     }
@@ -62,6 +64,7 @@ impl Aabb {
     }
 
     /// What both have in common; may be empty.
+    #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         Self {
             min: Vec3::from(self.min).max(Vec3::from(other.min)).into(),

@@ -97,6 +97,7 @@ impl Affine {
     /// The map back; `None` when there is none: the map flattens space, or its inverse overflows.
     ///
     /// Computed in double precision and rounded once.
+    #[must_use]
     pub fn inverse(&self) -> Option<Self> {
         Self::rounded(&self.inverse_rows()?, wide(self.translation))
     }
@@ -136,12 +137,14 @@ impl Affine {
 
     /// A point of the one space in the other.
     #[inline(always)]
+    #[must_use]
     pub fn transform_point(&self, point: [f32; 3]) -> [f32; 3] {
         (Vec3::from(self.transform_vector(point)) + Vec3::from(self.translation)).into()
     }
 
     /// A direction or displacement of the one space in the other.
     #[inline(always)]
+    #[must_use]
     pub fn transform_vector(&self, vector: [f32; 3]) -> [f32; 3] {
         let [x, y, z] = vector;
         (Vec3::from(self.x_axis) * x + Vec3::from(self.y_axis) * y + Vec3::from(self.z_axis) * z).into()
@@ -149,6 +152,7 @@ impl Affine {
 
     /// A normal of the one space in the other: by the inverse transpose, up to a positive factor, with 1 as the largest coordinate. Not normalised. Of a map that
     /// flattens space: the normal of the flat image, whose sides are told apart by the order of its corners.
+    #[must_use]
     pub fn transform_normal(&self, normal: [f32; 3]) -> [f32; 3] {
         let ([x, y, z], normal) = (self.cofactors(), wide(normal) * self.handedness());
         let image = x * normal.x + y * normal.y + z * normal.z;
@@ -158,6 +162,7 @@ impl Affine {
     }
 
     /// A box around the image of a box, rounded outwards. Empty stays empty.
+    #[must_use]
     pub fn transform_box(&self, bounds: &Aabb) -> Aabb {
         if bounds.is_empty() {
             return Aabb::EMPTY;

@@ -45,6 +45,7 @@ impl Ray {
     }
 
     /// The point that is `t` lengths of the direction along.
+    #[must_use]
     pub fn at(&self, t: f32) -> [f32; 3] {
         (Vec3::from(self.origin) + Vec3::from(self.direction) * t).into()
     }

@@ -1,5 +1,7 @@
 //! What belongs to a question besides the ray.
 
+use std::fmt;
+
 use super::candidate::{DynFilter, NoFilter, QueryFilter};
 use super::collector::{DynamicCollector, Wanted};
 use super::two_level::Rules;
@@ -22,7 +24,8 @@ pub enum Cull {
 }
 
 /// What the caller knows about the rays of a batch. It changes the speed, never the answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
 pub enum Coherence {
     /// Neighbours start and go nearly alike, such as the rays of a camera, tile by tile.
     Coherent,
@@ -35,12 +38,24 @@ pub enum Coherence {
 
 /// A question with options, from [`Snapshot::query`](crate::Snapshot::query).
 #[derive(Clone, Copy)]
+#[must_use]
 pub struct Query<'a> {
     world: &'a FrameBvh,
     mask: u32,
     cull: Cull,
     filter: Option<&'a DynFilter<'a>>,
     without: Without<'a>,
+}
+
+/// In short: the options, without the frame.
+impl fmt::Debug for Query<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Query")
+            .field("mask", &self.mask)
+            .field("cull", &self.cull)
+            .field("has_filter", &self.filter.is_some())
+            .finish_non_exhaustive()
+    }
 }
 
 // Many threads may ask the same question.
@@ -56,20 +71,17 @@ impl<'a> Query<'a> {
     }
 
     /// Only instances whose mask shares a bit with this one. All, unless told.
-    #[must_use]
     pub fn mask(self, mask: u32) -> Self {
         Self { mask, ..self }
     }
 
     /// Which sides of triangles do not count. Both count, unless told.
-    #[must_use]
     pub fn cull(self, cull: Cull) -> Self {
         Self { cull, ..self }
     }
 
     /// Decides about hits on instances that are not opaque: leaves and fences with holes in them. It has to give the same answer whenever
     /// it is asked about the same candidate, because it may be asked more than once, and in any order.
-    #[must_use]
     pub fn filter(self, filter: &'a (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Self {
         Self { filter: Some(filter), ..self }
     }
@@ -99,7 +111,6 @@ impl<'a> Query<'a> {
     /// # Ok(())
     /// # }
     /// ```
-    #[must_use]
     pub fn without(self, what: impl Into<Placed>) -> Self {
         let all_rays = self.world.hierarchy.interval_of(what.into());
         Self { without: Without { all_rays, ..self.without }, ..self }
@@ -109,12 +120,12 @@ impl<'a> Query<'a> {
     /// hold where both are given. A ray that is asked about alone is a batch of one.
     ///
     /// Queries then panic when there are not as many rays as `each` has entries.
-    #[must_use]
     pub fn without_each(self, each: &'a [Placed]) -> Self {
         Self { without: Without { each_ray: Some(each), ..self.without }, ..self }
     }
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
+    #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         if self.has_filter(1) {
             return self.closest_hit_counted(ray, &mut Work::default());
@@ -129,6 +140,7 @@ impl<'a> Query<'a> {
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
+    #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
         if self.has_filter(1) {
             return self.occluded_counted(ray, &mut Work::default());
@@ -159,6 +171,7 @@ impl<'a> Query<'a> {
     }
 
     /// Every hit once, near to far.
+    #[must_use]
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
         self.all_hits_counted(ray, &mut Work::default())
     }
@@ -208,21 +221,25 @@ impl<'a> Query<'a> {
 }
 
 /// The queries of a [`Query`], answered without any tree. Slow, and short enough to be believed: for tests.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
+#[must_use]
 pub struct BruteForce<'a>(Query<'a>);
 
 impl BruteForce<'_> {
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
+    #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.trace(ray, Wanted::Closest)?.hit(self.0.world.stamp)
     }
 
     /// Whether anything is hit.
+    #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.trace(ray, Wanted::Any).is_some_and(|collector| collector.is_hit())
     }
 
     /// Every hit once, near to far.
+    #[must_use]
     pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
         self.trace(ray, Wanted::All).map_or_else(Vec::new, |collector| collector.all_hits(self.0.world.stamp))
     }

@@ -39,7 +39,7 @@ pub(crate) fn is_worth_while(world: &FrameBvh, rays: &[Ray], sampled: impl Fn(&R
 }
 
 /// A ray's key in the upper half, its number in the lower half.
-#[derive(Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Place(u64);
 
 impl Place {
@@ -51,6 +51,7 @@ impl Place {
 }
 
 /// Sorts rays, block by block, in the same memory.
+#[derive(Debug)]
 pub struct Sorter {
     bounds: Aabb,
     places: Vec<Place>,

@@ -5,6 +5,7 @@ use crate::memory::vec_in_large_pages;
 
 /// Positions, as a slice or spread over a vertex buffer.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Positions<'a> {
     /// One after the other.
     Slice(&'a [[f32; 3]]),
@@ -23,6 +24,7 @@ pub enum Positions<'a> {
 
 /// Vertex numbers, three a triangle.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Indices<'a> {
     /// Triangles as such.
     Triangles(&'a [[u32; 3]]),

@@ -111,11 +111,13 @@ impl Mesh {
     /// How much build time to trade for traversal speed, for this mesh, instead of what its [`Motion`](crate::Motion) suggests.
     ///
     /// [`Quality::Best`] is for what does not bend: a refit takes triangles whole where the build had cut them.
+    #[must_use]
     pub fn with_quality(self, quality: Quality) -> Self {
         self.changed(|data| data.quality = Some(quality))
     }
 
     /// How carefully triangles are tested, instead of [`Precision::Watertight`].
+    #[must_use]
     pub fn with_precision(mut self, precision: Precision) -> Self {
         if let Some(tree) = &mut self.tree {
             Arc::make_mut(tree).precision = precision;
@@ -222,6 +224,6 @@ impl Mesh {
 
 /// A tree over triangles where they are now.
 pub(super) fn grow(triangles: &Triangles, quality: Quality, threads: &Threads) -> MeshBvh {
-    let options = BuildOptions { quality, threads: threads.clone(), ..BuildOptions::default() };
+    let options = BuildOptions::new().quality(quality).threads(threads.clone());
     MeshBvh::new_on(&build::build_triangles(triangles, &options), triangles, threads)
 }

@@ -33,12 +33,14 @@ impl Snapshot {
 
     /// The nearest hit; at equal distance the one with the smaller (instance, primitive).
     #[doc(alias = "intersect")]
+    #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.query().closest_hit(ray)
     }
 
     /// Whether anything is hit.
     #[doc(alias = "any-hit")]
+    #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.query().occluded(ray)
     }
@@ -164,6 +166,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::instance`]; also when the number of the triangle was changed to one that is not there.
+    #[must_use]
     #[track_caller]
     pub fn position(&self, hit: &Hit) -> [f32; 3] {
         let view = self.instance(hit);
@@ -177,6 +180,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::position`].
+    #[must_use]
     #[track_caller]
     pub fn position_along(&self, hit: &Hit, ray: &Ray) -> [f32; 3] {
         let view = self.instance(hit);
@@ -207,6 +211,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::position`].
+    #[must_use]
     #[track_caller]
     pub fn leave(&self, hit: &Hit, direction: [f32; 3]) -> Ray {
         let view = self.instance(hit);
@@ -219,6 +224,7 @@ impl Snapshot {
     ///
     /// # Panics
     /// As [`Snapshot::position`].
+    #[must_use]
     #[track_caller]
     pub fn normal(&self, hit: &Hit) -> [f32; 3] {
         let view = self.instance(hit);

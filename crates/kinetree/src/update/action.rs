@@ -3,7 +3,8 @@
 use std::fmt;
 
 /// What a commit did to a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Action {
     /// Nothing: the tree is the one of the previous frame.
     Kept,
@@ -19,7 +20,7 @@ pub enum Action {
 }
 
 /// The reason for an [`Action`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Reason {
     /// No edit.

@@ -23,6 +23,7 @@
 /// [`Mesh::bake`]: crate::Mesh::bake
 /// [`Mesh::with_tree`]: crate::Mesh::with_tree
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Motion {
     /// Scenery that does not move. Built once, at the quality for a level's loading time
     /// (`Balanced`). For a better tree, bake it.

@@ -8,7 +8,7 @@ use super::{BACKGROUND, Integrator, shaded};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
-/// The motion of meshes as colours: grey is static, blue rigid, green deforming, red rebuilt.
+/// The motion of meshes as colours: grey is static, blue rigid, green deforming, red dynamic, purple any other.
 #[derive(Debug, Clone, Copy)]
 pub struct Motions;
 
@@ -20,6 +20,7 @@ impl FirstHitShader for Motions {
             Motion::Rigid => Vec3::new(0.08, 0.25, 0.85),
             Motion::Deforming => Vec3::new(0.1, 0.6, 0.12),
             Motion::Dynamic => Vec3::new(0.85, 0.12, 0.06),
+            _ => Vec3::new(0.8, 0.1, 0.7),
         };
         shaded(color, point, ray)
     }
