@@ -7,7 +7,7 @@ use std::process::{Command, ExitCode};
 
 use kinetree::simd::Level;
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// What the library reads its level from.
 const VARIABLE: &str = "KINETREE_SIMD";

@@ -20,6 +20,7 @@ mod closed;
 mod compare;
 mod engine;
 mod exact;
+mod failure;
 mod level;
 mod machine;
 mod measure;
@@ -34,8 +35,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// What went wrong, as a sentence.
-pub(crate) type Failure = Box<dyn std::error::Error + Send + Sync>;
+use crate::failure::Failure;
 
 #[global_allocator]
 static ALLOCATOR: measure::memory::Counting = measure::memory::Counting;

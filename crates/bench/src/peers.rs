@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// What `pip` is asked for: a Python package that carries Embree 4.4 with its thread library.
 const PACKAGE: &str = "embreex==4.4.0.post1";

@@ -13,9 +13,10 @@ use serde::Serialize;
 use self::shape::Shape;
 use self::tally::{DISTANCE_BOUND, Tally};
 use crate::engine::{self, Coherence, Engine, ThreadPool};
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
-use crate::{Failure, level, machine};
+use crate::{level, machine};
 
 /// How many rays, and how they are made.
 #[derive(Debug, Clone, clap::Args)]

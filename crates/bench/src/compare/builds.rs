@@ -3,8 +3,8 @@
 use super::budget::Budget;
 use super::lineup::guarded;
 use super::{Log, Plan, QUICK_TRIANGLES};
-use crate::Failure;
 use crate::engine::{Class, Engine, Prepared, ThreadPool, Tree};
+use crate::failure::Failure;
 use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
 use crate::measure::memory::HeapUse;
 use crate::measure::pin::Pinned;

@@ -2,9 +2,9 @@
 
 use super::budget::Budget;
 use super::{Log, Plan, builds, check, lineup, traces};
-use crate::Failure;
 use crate::case::Case;
 use crate::engine::{Class, Engine, Reference};
+use crate::failure::Failure;
 use crate::ray::Ray;
 use crate::rays::{self, Kind};
 use crate::report::{self, Record};

@@ -4,8 +4,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::budget::Budget;
 use super::{Log, builds};
-use crate::Failure;
 use crate::engine::{Class, Engine, ThreadPool, Tree};
+use crate::failure::Failure;
 use crate::measure::clock::{ClockScope, Stopwatch};
 use crate::measure::memory;
 use crate::report::{Record, TreeNote};

@@ -16,9 +16,9 @@ use kinetree::simd::Level;
 
 use self::budget::Budget;
 use self::log::Log;
-use crate::Failure;
 use crate::case::Case;
 use crate::engine::{self, Class, Engine, Reference};
+use crate::failure::Failure;
 use crate::level;
 use crate::machine;
 use crate::measure::rounds::Rounds;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::report::Record;
 
 /// Runs this program once more for each process, with the same arguments, and joins what they have measured.

@@ -3,8 +3,8 @@
 use super::builds::time_row;
 use super::lineup::guarded;
 use super::{Log, Plan};
-use crate::Failure;
 use crate::engine::{Engine, Refit, ThreadPool};
+use crate::failure::Failure;
 use crate::measure::clock::{ClockScope, Stopwatch};
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};

@@ -7,7 +7,7 @@ use glam::Vec3;
 use nalgebra::{Point3, Vector3};
 
 use super::{Class, Engine, Prepared, ThreadPool, Tree, moller_trumbore};
-use crate::Failure;
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 

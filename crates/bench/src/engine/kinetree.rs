@@ -8,8 +8,8 @@ use kinetree::simd::Level;
 use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Precision, Scene, Snapshot, Work};
 
 use super::{Batch, Class, Engine, Facts, Mode, Prepared, Refit, ThreadPool, Tree};
-use crate::Failure;
 use crate::agree::refined;
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::rays::Question;
 use crate::soup::Soup;

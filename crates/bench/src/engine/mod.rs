@@ -27,7 +27,7 @@ use ::kinetree::Work;
 use ::kinetree::simd::Level;
 pub(crate) use thread_pool::ThreadPool;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::level::OWN_BUILD;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;

@@ -10,7 +10,7 @@ use obvhs::ray::RayHit;
 use obvhs::triangle::Triangle;
 
 use super::{Class, Engine, Prepared, ThreadPool, Tree, moller_trumbore};
-use crate::Failure;
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 

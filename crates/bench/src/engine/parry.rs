@@ -6,7 +6,7 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::details::local_ray_intersection_with_triangle;
 
 use super::{Class, Engine, Facts, Prepared, ThreadPool, Tree, moller_trumbore};
-use crate::Failure;
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 

@@ -1,6 +1,6 @@
 //! Threads that build a tree.
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// So many threads, and no others, work on what runs within.
 pub(crate) struct ThreadPool {

@@ -9,7 +9,7 @@ use std::ffi::c_void;
 use tinybvh_rs::{bvh, bvh8_cpu, mbvh};
 
 use super::{Class, Engine, Facts, Prepared, Refit, ThreadPool, Tree};
-use crate::Failure;
+use crate::failure::Failure;
 use crate::measure::memory;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;

@@ -11,7 +11,7 @@ use glam::Vec3;
 use kinetree_render::{World, default_camera};
 use serde::Deserialize;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use libloading::Library;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::peers;
 
 /// Names the library to open instead of the one that `fetch-peers` brought.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
 use super::api::{Api, Handle};
-use crate::Failure;
+use crate::failure::Failure;
 
 /// `RTC_DEVICE_PROPERTY_VERSION`
 const VERSION: i32 = 0;

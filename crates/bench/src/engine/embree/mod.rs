@@ -19,7 +19,7 @@ use self::api::{Api, BuildQuality, SceneFlags};
 use self::device::Device;
 use self::scene::{PreparedMesh, Refitter};
 use super::{Class, Engine, Prepared, Refit, ThreadPool};
-use crate::Failure;
+use crate::failure::Failure;
 use crate::level::OWN_BUILD;
 use crate::soup::Soup;
 

@@ -12,8 +12,8 @@ use super::device::Device;
 use super::messages;
 use super::packets::Packets;
 use super::sorted::Sorted;
-use crate::Failure;
 use crate::engine::{Batch, Facts, Prepared, Refit, ThreadPool, Tree};
+use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
