@@ -7,12 +7,13 @@ mod tally;
 
 use std::path::PathBuf;
 
+use kinetree::Coherence;
 use kinetree::simd::Level;
 use serde::Serialize;
 
 use self::shape::Shape;
 use self::tally::{DISTANCE_BOUND, Tally};
-use crate::engine::{self, Coherence, Engine, ThreadPool};
+use crate::engine::{self, Engine, ThreadPool};
 use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;

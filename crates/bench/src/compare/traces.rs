@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use kinetree::Coherence;
 use kinetree::wide::{TriangleBlock, WideNode};
 
 use super::check::Disagreements;
 use super::lineup::BuiltEngine;
 use super::{Log, Plan};
 use crate::case::Case;
-use crate::engine::{Batch, Coherence, Mode};
+use crate::engine::{Batch, Mode};
 use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};

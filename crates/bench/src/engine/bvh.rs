@@ -6,7 +6,9 @@ use bvh::bvh::Bvh;
 use glam::Vec3;
 use nalgebra::{Point3, Vector3};
 
-use super::{Class, Engine, Prepared, ThreadPool, Tree, moller_trumbore};
+use super::interface::{Class, Engine, Prepared, Tree};
+use super::moller_trumbore;
+use super::thread_pool::ThreadPool;
 use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;

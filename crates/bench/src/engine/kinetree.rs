@@ -7,7 +7,8 @@ use kinetree::query::sort::BLOCK;
 use kinetree::simd::Level;
 use kinetree::{Action, Affine, Coherence, Hit, Mesh, MeshId, Motion, Precision, Scene, Snapshot, Work};
 
-use super::{Batch, Class, Engine, Facts, Mode, Prepared, Refit, ThreadPool, Tree};
+use super::interface::{Batch, Class, Engine, Facts, Mode, Prepared, Refit, Tree};
+use super::thread_pool::ThreadPool;
 use crate::agree::refined;
 use crate::failure::Failure;
 use crate::ray::{Answer, Ray};

@@ -9,7 +9,9 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::RayHit;
 use obvhs::triangle::Triangle;
 
-use super::{Class, Engine, Prepared, ThreadPool, Tree, moller_trumbore};
+use super::interface::{Class, Engine, Prepared, Tree};
+use super::moller_trumbore;
+use super::thread_pool::ThreadPool;
 use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;

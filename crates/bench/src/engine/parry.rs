@@ -5,7 +5,9 @@ use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::details::local_ray_intersection_with_triangle;
 
-use super::{Class, Engine, Facts, Prepared, ThreadPool, Tree, moller_trumbore};
+use super::interface::{Class, Engine, Facts, Prepared, Tree};
+use super::moller_trumbore;
+use super::thread_pool::ThreadPool;
 use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;

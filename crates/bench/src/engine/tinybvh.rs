@@ -8,7 +8,8 @@ use std::ffi::c_void;
 
 use tinybvh_rs::{bvh, bvh8_cpu, mbvh};
 
-use super::{Class, Engine, Facts, Prepared, Refit, ThreadPool, Tree};
+use super::interface::{Class, Engine, Facts, Prepared, Refit, Tree};
+use super::thread_pool::ThreadPool;
 use crate::failure::Failure;
 use crate::measure::memory;
 use crate::ray::{Answer, Ray};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Answer, Ray};
+use crate::ray::{Answer, Ray};
 use crate::rng::Rng;
 use crate::scene::PinholeCamera;
 use crate::soup::Soup;

@@ -6,9 +6,9 @@ mod first;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Coherence;
 use crate::ray::{Answer, Ray};
 use crate::scene::BenchScene;
+use kinetree::Coherence;
 
 /// What a set of rays is like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -15,7 +15,7 @@ pub(crate) struct TreeNote {
     pub(crate) triangles: usize,
     /// Held by the finished tree.
     pub(crate) bytes: usize,
-    /// See [`Facts::cost`](crate::engine::Facts::cost).
+    /// As `Facts::cost` of the engine.
     pub(crate) cost: Option<f32>,
     /// Summed area of the common boxes of siblings over the root's.
     pub(crate) overlap: Option<f32>,

@@ -9,6 +9,7 @@ mod device;
 mod packets;
 mod messages;
 mod scene;
+mod single;
 mod sorted;
 
 use std::sync::Arc;
@@ -18,7 +19,8 @@ use kinetree::simd::Level;
 use self::api::{Api, BuildQuality, SceneFlags};
 use self::device::Device;
 use self::scene::{PreparedMesh, Refitter};
-use super::{Class, Engine, Prepared, Refit, ThreadPool};
+use crate::engine::interface::{Class, Engine, Prepared, Refit};
+use crate::engine::thread_pool::ThreadPool;
 use crate::failure::Failure;
 use crate::level::OWN_BUILD;
 use crate::soup::Soup;

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use kinetree::Coherence;
+
 use super::api::{Api, Arguments, Handle, INVALID, Packet, RayQueryFlags, TraceN};
 use super::denormals::NoDenormals;
-use crate::engine::{Batch, Coherence, Mode};
+use crate::engine::interface::{Batch, Mode};
 use crate::ray::{Answer, Ray};
 
 /// The two calls for `N` rays, and the scene.

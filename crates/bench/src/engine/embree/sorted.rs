@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use kinetree::Aabb;
+use kinetree::{Aabb, Coherence};
 
 use super::api::{Api, Handle};
-use super::scene::{closest, occluded};
-use crate::engine::{Batch, Coherence, Mode, sorted};
+use super::single::{closest, occluded};
+use crate::engine::interface::{Batch, Mode};
+use crate::engine::sorted;
 use crate::ray::{Answer, Ray};
 
 /// The scene, and the bounds that rays are sorted in.
