@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{GROWTH, Metric, Row};
+use super::row::{GROWTH, Metric, Row};
 use crate::engine::Mode;
 use crate::rays::Kind;
 

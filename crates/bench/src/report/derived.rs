@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::goal::CaseRatio;
-use super::{GROWTH, Metric, Record, Row};
+use super::record::Record;
+use super::row::{GROWTH, Metric, Row};
 use crate::engine::Mode;
 use crate::measure::statistics::{LogRatios, Spread};
 use crate::rays::Kind;

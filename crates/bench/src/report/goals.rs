@@ -2,7 +2,8 @@
 
 use super::derived::base;
 use super::goal::{CaseRatio, Goal, Target};
-use super::{Metric, Record, Row};
+use super::record::{Record, TreeNote};
+use super::row::{GROWTH, Metric, Row};
 use crate::engine::{Class, Mode};
 use crate::measure::statistics::LogRatios;
 use crate::rays::Kind;
@@ -50,7 +51,7 @@ impl Record {
             let log_ratios = LogRatios::of_times(&row.times, &best.times);
             Some(CaseRatio { case: row.case.clone(), note: format!("of {}{wrong_answers}", best.engine), log_ratios })
         };
-        let growth = |row: &&Row| row.case.starts_with(super::GROWTH);
+        let growth = |row: &&Row| row.case.starts_with(GROWTH);
         self.rows.iter().filter(|row| !growth(row) && row.is_kinetree() && ours(row)).filter_map(find).collect()
     }
 }
@@ -245,9 +246,9 @@ fn rest(record: &Record, all: &mut Vec<Goal>) {
     add("growth of build time per triangle over log2(N/4)".into(), Target::AtMost(1.3, 1.15), ours, true);
     let others = ["kinetree fastest", "embree low", "embree medium", "tinybvh"].iter().filter_map(growth).collect();
     add("growth of others".into(), Target::Shown, others, true);
-    let bytes = |tree: &super::TreeNote| {
+    let bytes = |tree: &TreeNote| {
         let each = tree.bytes as f64 / tree.triangles.max(1) as f64;
-        let ours = tree.engine == "kinetree fast" && !tree.case.starts_with(super::GROWTH);
+        let ours = tree.engine == "kinetree fast" && !tree.case.starts_with(GROWTH);
         ours.then(|| CaseRatio {
             case: tree.case.clone(),
             note: "bytes".into(),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Row;
+use super::row::Row;
 
 /// What is known about a tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

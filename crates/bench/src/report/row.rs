@@ -7,6 +7,9 @@ use crate::measure::clock::Elapsed;
 use crate::measure::statistics::{LogRatios, Spread};
 use crate::rays::Kind;
 
+/// Names of the cases of growth begin so; the number of triangles follows.
+pub(crate) const GROWTH: &str = "growth ";
+
 /// What was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

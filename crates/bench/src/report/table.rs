@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::goal::show;
-use super::{Metric, Row};
+use super::row::{Metric, PerRay, Row};
 
 /// Every row, the fastest of each question first; ours with their ratios to the best of the others.
 pub(crate) fn table(rows: &[Row]) -> String {
@@ -65,7 +65,7 @@ fn line(text: &mut String, row: &Row, rows: &[Row]) {
         }
     }
     if let Some(work) = &row.work {
-        let super::PerRay { nodes, blocks, triangles, lines } = work;
+        let PerRay { nodes, blocks, triangles, lines } = work;
         let _ =
             write!(text, "  {nodes:.1} nodes, {blocks:.1} blocks, {triangles:.1} triangles, {lines:.0} lines a ray");
     }

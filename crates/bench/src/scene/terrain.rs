@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 
+use super::bench_scene::BenchScene;
+use super::camera::PinholeCamera;
 use super::shapes::sphere;
-use super::{BenchScene, PinholeCamera};
+
 use crate::rng::Rng;
 use crate::soup::Soup;
 

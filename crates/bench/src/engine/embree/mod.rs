@@ -6,8 +6,8 @@
 mod api;
 mod denormals;
 mod device;
-mod packets;
 mod messages;
+mod packets;
 mod scene;
 mod single;
 mod sorted;
