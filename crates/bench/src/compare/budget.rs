@@ -38,6 +38,11 @@ impl Budget {
     }
 }
 
+/// What the budget knows an engine's build by, without what comes before and after it.
+pub(crate) fn build_only_key(engine: &str) -> String {
+    format!("{engine}, the build alone")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,15 +1,16 @@
 //! Builds: time on one thread and on all, and memory.
 
-use super::budget::Budget;
-use super::lineup::guarded;
-use super::{Log, Plan, QUICK_TRIANGLES};
-use crate::engine::{Class, Engine, Prepared, ThreadPool, Tree};
+use super::budget::{Budget, build_only_key};
+use super::guarded::guarded;
+use super::log::Log;
+use super::plan::{Plan, QUICK_TRIANGLES};
+use super::rows::time_row;
+use crate::engine::{Class, Engine, Prepared, ThreadPool};
 use crate::failure::Failure;
 use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
-use crate::measure::memory::HeapUse;
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
-use crate::report::{Metric, Row, Unit};
+use crate::report::{Metric, Row};
 use crate::soup::Soup;
 
 /// Times every engine's build; who fails, or would take longer than `seconds` together with those before, is left out.
@@ -56,11 +57,6 @@ pub(crate) fn run(
     Ok(())
 }
 
-/// What the budget knows an engine's build by, without what comes before and after it.
-pub(crate) fn build_only_key(engine: &str) -> String {
-    format!("{engine}, the build alone")
-}
-
 fn build(prepared: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed> {
     prepared.set_up(pool).ok()?;
     let _pinned = (pool.threads == 1).then(|| Pinned::all_to(0));
@@ -70,59 +66,4 @@ fn build(prepared: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed>
     let elapsed = watch.read();
     drop(tree);
     Some(elapsed)
-}
-
-/// A row of milliseconds: processor time for one thread, wall time for several.
-pub(crate) fn time_row(
-    case: &str,
-    engine: &dyn Engine,
-    metric: Metric,
-    threads: usize,
-    times: &[Elapsed],
-) -> Option<Row> {
-    row(case, engine, metric, threads, Unit::Time).with_times(times)
-}
-
-/// Rows about memory: what the finished tree holds, and the most at a time.
-pub(crate) fn memory_rows(
-    case: &str,
-    engine: &dyn Engine,
-    tree: &dyn Tree,
-    heap_use: HeapUse,
-    soup: &Soup,
-) -> Vec<Row> {
-    let facts = tree.facts();
-    let number = |metric, bytes: usize| {
-        let each = bytes as f64 / soup.len().max(1) as f64;
-        Row { median: each, min: each, max: each, ..row(case, engine, metric, 1, Unit::Bytes) }
-    };
-    let bytes = facts.bytes.unwrap_or(heap_use.after);
-    // An engine in another language keeps its own count, or has none: then the allocator of this program has seen nothing.
-    let peak = facts.peak.or((heap_use.peak >= bytes).then_some(heap_use.peak));
-    let mut rows = vec![number(Metric::Memory, bytes)];
-    rows.extend(peak.map(|peak| number(Metric::PeakMemory, peak)));
-    rows
-}
-
-fn row(case: &str, engine: &dyn Engine, metric: Metric, threads: usize, unit: Unit) -> Row {
-    Row {
-        case: case.to_owned(),
-        engine: engine.name().to_owned(),
-        metric,
-        rays: None,
-        mode: None,
-        instructions: engine.instructions().to_owned(),
-        robust: engine.is_robust(),
-        threads,
-        unit,
-        median: 0.0,
-        min: 0.0,
-        max: 0.0,
-        class: engine.class(),
-        count: 0,
-        times: Vec::new(),
-        walls: Vec::new(),
-        wrong_answers: None,
-        work: None,
-    }
 }

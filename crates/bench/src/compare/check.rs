@@ -7,17 +7,16 @@
 
 use std::collections::BTreeMap;
 
-use super::lineup::{BuiltEngine, guarded};
-use super::traces::named;
-use super::{Log, Plan};
+use super::guarded::guarded;
+use super::lineup::{BuiltEngine, named};
+use super::log::Log;
+use super::plan::Plan;
 use crate::agree::{AnswerDifferences, Dispute, EngineAnswer, ExactAnswers, disputes};
 use crate::case::{Case, leeway};
-use crate::engine::FAST_PRECISION_SUFFIX;
-use crate::engine::{Batch, Reference};
+use crate::engine::{Batch, FAST_PRECISION_SUFFIX, Reference};
 use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
-use crate::rays::Kind;
-use crate::rays::{Question, RaySet};
+use crate::rays::{Kind, Question, RaySet};
 use crate::report::WrongAnswers;
 use crate::soup::Soup;
 

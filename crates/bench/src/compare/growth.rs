@@ -1,7 +1,9 @@
 //! How cost grows with the number of triangles: builds and rays on terrain.
 
 use super::budget::Budget;
-use super::{Log, Plan, builds, check, lineup, traces};
+use super::log::Log;
+use super::plan::Plan;
+use super::{builds, check, lineup, traces};
 use crate::case::Case;
 use crate::engine::{Class, Engine, Reference};
 use crate::failure::Failure;

@@ -1,9 +1,9 @@
 //! The engines of a case with their trees.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
-use super::budget::Budget;
-use super::{Log, builds};
+use super::budget::{Budget, build_only_key};
+use super::guarded::guarded;
+use super::log::Log;
+use super::rows::memory_rows;
 use crate::engine::{Class, Engine, ThreadPool, Tree};
 use crate::failure::Failure;
 use crate::measure::clock::{ClockScope, Stopwatch};
@@ -23,6 +23,11 @@ pub(crate) struct BuiltEngine {
     pub(crate) robust: bool,
     /// The tree.
     pub(crate) tree: Box<dyn Tree>,
+}
+
+/// An engine's name with that of a batch of its.
+pub(crate) fn named(engine: &str, suffix: &str) -> String {
+    format!("{engine} {suffix}").trim_end().to_owned()
 }
 
 /// Whether a comparison without this engine says nothing.
@@ -84,7 +89,7 @@ pub(crate) fn build(
         budget.record_build(&name, soup.len(), watch.read().wall);
         match built {
             Ok((tree, heap_use, cost, build_seconds)) => {
-                budget.record_build(&builds::build_only_key(&name), soup.len(), build_seconds);
+                budget.record_build(&build_only_key(&name), soup.len(), build_seconds);
                 let note = TreeNote {
                     case: case.to_owned(),
                     engine: name.clone(),
@@ -96,7 +101,7 @@ pub(crate) fn build(
                 log.say(&format!("  {}", note.sentence()));
                 record.trees.push(note);
                 if !engine.shares_builds() {
-                    record.rows.extend(builds::memory_rows(case, *engine, &*tree, heap_use, soup));
+                    record.rows.extend(memory_rows(case, *engine, &*tree, heap_use, soup));
                 }
                 let (instructions, class, robust) =
                     (engine.instructions().to_owned(), engine.class(), engine.is_robust());
@@ -106,9 +111,4 @@ pub(crate) fn build(
         }
     }
     Ok(lineup)
-}
-
-/// Runs what may fail or panic.
-pub(crate) fn guarded<R>(job: impl FnOnce() -> Result<R, Failure>) -> Result<R, Failure> {
-    catch_unwind(AssertUnwindSafe(job)).unwrap_or_else(|_| Err("it panicked".into()))
 }

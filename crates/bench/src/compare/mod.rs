@@ -3,120 +3,33 @@
 mod budget;
 mod builds;
 mod check;
-mod lineup;
 mod growth;
+mod guarded;
+mod lineup;
 mod log;
+mod options;
+mod plan;
 mod processes;
 mod refits;
+mod rows;
 mod traces;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use kinetree::simd::Level;
 
 use self::budget::Budget;
 use self::log::Log;
+pub(crate) use self::options::Options;
+use self::plan::{Plan, QUICK_TRIANGLES};
 use crate::case::Case;
 use crate::engine::{self, Class, Engine, Reference};
 use crate::failure::Failure;
-use crate::level;
 use crate::machine;
-use crate::measure::rounds::Rounds;
 use crate::ray::Ray;
 use crate::rays;
 use crate::report::{self, Record};
 use crate::scene::PinholeCamera;
-
-/// What is compared, and where results go.
-#[derive(Debug, Clone, clap::Args)]
-pub(crate) struct Options {
-    /// More scenes (.glb, .gltf) or case files (.toml), beside those that come with the program
-    scenes: Vec<PathBuf>,
-    /// Forces every engine that can to these instructions: scalar, avx2, avx512 or neon [default: the best of this machine]
-    #[arg(long, value_name = "LEVEL", value_parser = level::named)]
-    pub(crate) level: Option<Level>,
-    /// Fewer rays and rounds: ends within five minutes
-    #[arg(long)]
-    quick: bool,
-    /// Writes the rows as a JSON array
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Writes the chart
-    #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
-    /// Only cases with these names
-    #[arg(long, value_name = "NAME")]
-    case: Vec<String>,
-    /// Only engines whose names begin so
-    #[arg(long, value_name = "NAME")]
-    engine: Vec<String>,
-    /// Rounds of measurement in each process [default: 9, or 5 when quick]
-    #[arg(long)]
-    rounds: Option<usize>,
-    /// Measures all of it so many times, each in a process of its own, for bounds that count what differs between processes
-    #[arg(long, default_value_t = 1, value_name = "NUMBER")]
-    processes: usize,
-    /// Only rays: no builds, refits or growth
-    #[arg(long)]
-    rays_only: bool,
-    /// No growth of cost with the number of triangles, which is measured unless cases are picked by name
-    #[arg(long)]
-    no_growth: bool,
-    /// Keeps table, rows and chart in a folder of the machine's name and the level within this one, too
-    #[arg(long, value_name = "FOLDER")]
-    results: Option<PathBuf>,
-    /// Where a process leaves what it has measured for the one that started it
-    #[arg(long, hide = true, value_name = "FILE")]
-    part: Option<PathBuf>,
-    /// Which process it is, the first being 0
-    #[arg(long, hide = true, default_value_t = 0)]
-    number: usize,
-}
-
-/// The most triangles that are refitted, or built by several threads, in a quick run.
-pub(crate) const QUICK_TRIANGLES: usize = 700_000;
-
-/// What all parts of a comparison need to know.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Plan {
-    quick: bool,
-    /// Whether this is the first process: what is always the same is done in that one only.
-    first: bool,
-    /// Of rays.
-    rounds: Rounds,
-    /// Of builds and refits, which take longer.
-    builds: Rounds,
-    /// All that the machine has.
-    threads: usize,
-}
-
-impl Plan {
-    fn of(options: &Options) -> Self {
-        let rounds = options.rounds.unwrap_or(if options.quick { 5 } else { 9 }).max(1);
-        let seconds = f64::INFINITY;
-        // Of those who are far behind, three rounds in all are enough.
-        let behind = if options.quick || options.processes > 1 { 1 } else { rounds.min(3) };
-        Self {
-            quick: options.quick,
-            first: options.number == 0,
-            rounds: Rounds { full: rounds, behind, seconds, warm_up: true },
-            // Every tree has been built once before.
-            builds: Rounds {
-                full: if options.quick { rounds.min(3) } else { rounds },
-                behind,
-                seconds,
-                warm_up: false,
-            },
-            threads: machine::threads(),
-        }
-    }
-
-    #[cfg(test)]
-    fn minimal() -> Self {
-        let rounds = Rounds { full: 1, behind: 1, seconds: f64::INFINITY, warm_up: false };
-        Self { quick: true, first: true, rounds, builds: rounds, threads: 1 }
-    }
-}
 
 /// Compares, and tells whether all answers of ours were right.
 ///

@@ -1,8 +1,9 @@
 //! Refits: vertices sway, trees follow.
 
-use super::builds::time_row;
-use super::lineup::guarded;
-use super::{Log, Plan};
+use super::guarded::guarded;
+use super::log::Log;
+use super::plan::Plan;
+use super::rows::time_row;
 use crate::engine::{Engine, Refit, ThreadPool};
 use crate::failure::Failure;
 use crate::measure::clock::{ClockScope, Stopwatch};

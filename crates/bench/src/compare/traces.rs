@@ -8,8 +8,9 @@ use kinetree::Coherence;
 use kinetree::wide::{TriangleBlock, WideNode};
 
 use super::check::Disagreements;
-use super::lineup::BuiltEngine;
-use super::{Log, Plan};
+use super::lineup::{BuiltEngine, named};
+use super::log::Log;
+use super::plan::Plan;
 use crate::case::Case;
 use crate::engine::{Batch, Mode};
 use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
@@ -173,11 +174,6 @@ impl Contender<'_> {
             work: None,
         }
     }
-}
-
-/// An engine's name with that of a batch of its.
-pub(crate) fn named(engine: &str, suffix: &str) -> String {
-    format!("{engine} {suffix}").trim_end().to_owned()
 }
 
 /// On one core.

@@ -1,0 +1,10 @@
+//! Engines may panic, and the others are measured all the same.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::failure::Failure;
+
+/// Runs a job; a panic becomes an error.
+pub(super) fn guarded<R>(job: impl FnOnce() -> Result<R, Failure>) -> Result<R, Failure> {
+    catch_unwind(AssertUnwindSafe(job)).unwrap_or_else(|_| Err("it panicked".into()))
+}
