@@ -2,7 +2,8 @@
 
 use std::str::FromStr;
 
-use kinetree_render::{Camera, CameraSource, Frame, World, default_camera};
+use kinetree_render::default_camera;
+use kinetree_world::{Camera, CameraSource, Frame, World};
 
 use crate::failure::Failure;
 

@@ -4,7 +4,8 @@ use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use kinetree_render::{Camera, Frame, Rendered, Settings, encode_srgb, metered_exposure, render, tone_map};
+use kinetree_render::{Rendered, Settings, encode_srgb, metered_exposure, render, tone_map};
+use kinetree_world::{Camera, Frame};
 
 use crate::args::{Common, RenderArgs};
 use crate::camera::Viewer;

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use kinetree::FrameReport;
 use kinetree_gltf::{Clip, ClipInfo, Options};
-use kinetree_render::{Frame, World, default_lighting};
+use kinetree_render::default_lighting;
+use kinetree_world::{Frame, World};
 
 use crate::baked_trees::BakedTrees;
 use crate::failure::Failure;

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use kinetree::FrameReport;
-use kinetree_render::{Camera, Frame, MaterialSet};
+use kinetree_world::{Camera, Frame, MaterialSet};
 use serde::Serialize;
 
 use crate::figures::{self, bytes, count};

@@ -11,7 +11,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use kinetree_render::{Camera, Film, Settings, Sky, render};
+use kinetree_render::{Film, Settings, render};
+use kinetree_world::{Camera, Sky};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use kinetree::{Affine, EditError, Mesh, MeshId, Motion, NodeId, Scene};
-use kinetree_render::{Animation, CameraSource, LightSource, MaterialSet, NoAnimation, Surface, World};
+use kinetree_world::{Animation, CameraSource, LightSource, MaterialSet, NoAnimation, Surface, World};
 
 use crate::budget::Budget;
 use crate::clip::Clip;

@@ -1,7 +1,7 @@
 //! Perspective cameras.
 
 use kinetree::Affine;
-use kinetree_render::Camera;
+use kinetree_world::Camera;
 
 use crate::document::Document;
 use crate::error::{Item, Problem};

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use kinetree_render::{Filter, Texture, Wrap};
+use kinetree_world::{Filter, Texture, Wrap};
 
 use crate::accessor::Accessors;
 use crate::document::Document;

@@ -1,4 +1,4 @@
-//! glTF 2.0 files, `.glb` and `.gltf`, as [`kinetree_render::World`]s.
+//! glTF 2.0 files, `.glb` and `.gltf`, as [`kinetree_world::World`]s.
 //!
 //! ```no_run
 //! let mut loaded = kinetree_gltf::load("scene.glb".as_ref())?;
@@ -61,7 +61,7 @@ mod vertices;
 
 use std::path::{Path, PathBuf};
 
-use kinetree_render::World;
+use kinetree_world::World;
 
 use crate::accessor::Accessors;
 use crate::budget::Budget;

@@ -5,7 +5,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use kinetree_render::Light;
+use kinetree_world::Light;
 
 use crate::document::Document;
 use crate::error::{Item, Problem};

@@ -4,7 +4,7 @@
 //! properties of the file that are ignored. Transmission makes a smooth dielectric: a sheet without
 //! thickness, unless KHR_materials_volume says that there is something inside.
 
-use kinetree_render::{Alpha, Material, Scatter, Texture, TextureRef};
+use kinetree_world::{Alpha, Material, Scatter, Texture, TextureRef};
 
 use crate::document::Document;
 use crate::error::{Item, Problem};

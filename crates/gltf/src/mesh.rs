@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use kinetree::{Mesh, MeshError, MorphTarget, Skin};
-use kinetree_render::{Part, Surface};
+use kinetree_world::{Part, Surface};
 
 use crate::accessor::Accessors;
 use crate::budget::Budget;

@@ -1,7 +1,7 @@
 //! Moves a scene as an animation says, and deforms meshes that have a skin or morph targets.
 
 use kinetree::{Affine, EditError, InstanceId, MeshId, NodeId, Pose, Scene};
-use kinetree_render::Animation;
+use kinetree_world::Animation;
 
 use crate::clip::Channels;
 use crate::keys::Keys;

@@ -1,7 +1,7 @@
 //! The race in motion: everything that moves, brought to any time.
 
 use kinetree::{EditError, Scene};
-use kinetree_render::Animation;
+use kinetree_world::Animation;
 
 use crate::cameras::Panning;
 use crate::cars::Car;

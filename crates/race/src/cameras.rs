@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use kinetree::{Affine, EditError, NodeId, Scene};
-use kinetree_render::{Camera, CameraSource};
+use kinetree_world::{Camera, CameraSource};
 
 use crate::driving::Driving;
 use crate::ground::Ground;

@@ -1,7 +1,7 @@
 //! A small raster to paint textures on.
 
 use glam::Vec2;
-use kinetree_render::{Filter, Texture, Wrap};
+use kinetree_world::{Filter, Texture, Wrap};
 
 use crate::font::glyph;
 

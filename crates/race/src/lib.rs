@@ -2,7 +2,7 @@
 //!
 //! Two cars race round a banked circuit on a late afternoon; trees bend in the wind, a flag waves,
 //! tyres smoke, and some thousand spectators watch. Every kind of [`Motion`] is there. After
-//! [`duration`](kinetree_render::Animation::duration) seconds it begins again.
+//! [`duration`](kinetree_world::Animation::duration) seconds it begins again.
 //!
 //! ```
 //! let mut race = kinetree_race::world(1);
@@ -58,7 +58,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
 use kinetree::{Affine, EditError, Motion, Scene};
-use kinetree_render::{Light, LightSource, MaterialSet, Sky, World};
+use kinetree_world::{Light, LightSource, MaterialSet, Sky, World};
 
 use animation::Race;
 use cameras::Panning;

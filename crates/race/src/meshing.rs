@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3};
 use kinetree::{Mesh, MeshError};
-use kinetree_render::{Part, Surface};
+use kinetree_world::{Part, Surface};
 
 /// A mesh in the making, together with what it wears.
 #[derive(Clone, Default)]

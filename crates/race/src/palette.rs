@@ -1,6 +1,6 @@
 //! The materials of the race, by name.
 
-use kinetree_render::{Alpha, Material, MaterialSet, Scatter, Texture, TextureRef};
+use kinetree_world::{Alpha, Material, MaterialSet, Scatter, Texture, TextureRef};
 
 use crate::textures;
 

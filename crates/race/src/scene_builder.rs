@@ -2,7 +2,7 @@
 
 use glam::Affine3A;
 use kinetree::{Affine, EditError, InstanceId, Mesh, MeshId, Motion, NodeId, Scene};
-use kinetree_render::{Alpha, MaterialSet, Surface};
+use kinetree_world::{Alpha, MaterialSet, Surface};
 
 use crate::meshing::Sketch;
 

@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use kinetree::{EditError, Mesh, MeshId, Motion, Scene};
-use kinetree_render::{Part, Surface};
+use kinetree_world::{Part, Surface};
 
 use crate::car::{AXLES, HALF_TRACK};
 use crate::driving::{Driving, LAP};

@@ -1,7 +1,7 @@
 //! The images of the race, painted at the start.
 
 use glam::Vec2;
-use kinetree_render::{Filter, Texture};
+use kinetree_world::{Filter, Texture};
 
 use crate::canvas::Canvas;
 use crate::rng::{Rng, fractal};

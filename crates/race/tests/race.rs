@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use kinetree::{Motion, Ray, Snapshot};
 use kinetree_race::world;
-use kinetree_render::{Frame, World};
+use kinetree_world::{Frame, World};
 
 const SEED: u64 = 1;
 

@@ -26,12 +26,6 @@ pub(crate) fn reflectance(color: [f32; 3]) -> Vec3 {
     sanitized(color).min(Vec3::ONE)
 }
 
-/// The linear value, in 0..=1, of an eight-bit sRGB value (IEC 61966-2-1).
-pub(crate) fn linear_from_srgb(value: u8) -> f32 {
-    let encoded = f32::from(value) / 255.0;
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
 /// The nearest eight-bit sRGB value of a linear one, which is clamped to 0..=1; NaN is black.
 pub(crate) fn srgb_from_linear(linear: f32) -> u8 {
     let linear = clamp_positive(linear, 1.0);
@@ -49,6 +43,8 @@ pub(crate) fn from_hue(hue: f32, saturation: f32, value: f32) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
+    use kinetree_world::linear_from_srgb;
+
     use super::*;
 
     #[test]

@@ -4,9 +4,9 @@
 
 use glam::{DVec3, Vec3};
 use kinetree::{Affine, Hit, InstanceView, Ray};
+use kinetree_world::{Frame, Material};
 
 use crate::shading_attributes::ShadingAttributes;
-use crate::{Frame, Material};
 
 /// A point on a surface that a ray has hit, with all that shading needs.
 #[derive(Clone, Copy)]

@@ -1,11 +1,11 @@
 //! A path tracer for moving scenes, on [`kinetree`].
 //!
-//! A [`World`] is a scene with its look, lights, cameras and motion; a [`Frame`] is one moment of
-//! it, owned and unchanging; [`render`] makes a picture of a frame.
+//! [`render`] makes a picture of a [`kinetree_world::Frame`].
 //!
 //! ```
 //! use kinetree::{Affine, Mesh, Motion, Scene};
-//! use kinetree_render::{Camera, Frame, Light, MaterialSet, Settings, render, tone_map};
+//! use kinetree_render::{Settings, render, tone_map};
+//! use kinetree_world::{Camera, Frame, Light, MaterialSet};
 //!
 //! let mut scene = Scene::new();
 //! let triangle = Mesh::new(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0]], &[[0, 1, 2]])?;
@@ -25,53 +25,42 @@
 //!
 //! | | |
 //! |---|---|
-//! | what worlds are made of | `world`, `look`, `texture`, `light`, `camera` |
-//! | for who brings no light and no camera | `lighting`, `framing` |
+//! | default light and camera | `lighting`, `framing` |
 //! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
-//! | what pictures show | `integrate`: `simple_path` first, then `path`, then `wavefront`; `coherent_runs` |
+//! | integrators | `integrate`: `simple_path` first, then `path`, then `wavefront`; `coherent_runs` |
 //! | rays through a frame | `scene_context`, `tracer` |
-//! | what happens at a place | `shading_attributes`, `interaction`, `scatter`, `thin_glass` |
-//! | where light comes from | `lights` |
-//! | numbers | `sampler`, `warp`, `color` |
+//! | shading | `shading_attributes`, `interaction`, `scatter`, `thin_glass` |
+//! | lights | `lights` |
+//! | sampling and colour | `sampler`, `warp`, `color` |
 
-mod camera;
 mod coherent_runs;
 mod color;
-mod shading_attributes;
 mod film;
 mod framing;
 mod integrate;
 mod interaction;
-mod light;
 mod lighting;
 mod lights;
-mod materials;
 mod metering;
-mod thin_glass;
 mod render;
 mod sampler;
 mod scatter;
 mod scene_context;
-mod texture;
+mod shading_attributes;
+mod thin_glass;
 mod tonemap;
 mod tracer;
 mod warp;
-mod world;
 
-pub use camera::Camera;
 pub use film::Film;
 pub use framing::default_camera;
 pub use integrate::{
     Ambient, Heatmap, Ids, Integrator, IntegratorKind, Motions, Normals, Path, SimplePath, UnknownIntegrator,
 };
-pub use light::Light;
 pub use lighting::{daylight, default_lighting, is_dark};
-pub use materials::{Alpha, Material, MaterialSet, Part, Scatter, Sky, Surface, TextureRef};
 pub use metering::metered_exposure;
 pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings, render, render_with};
 pub use sampler::Sampler;
 pub use scene_context::SceneContext;
-pub use texture::{Filter, Texture, Wrap};
 pub use tonemap::{automatic_exposure, encode_srgb, tone_map};
 pub use tracer::Tracer;
-pub use world::{Animation, CameraSource, Frame, LightSource, NoAnimation, World};

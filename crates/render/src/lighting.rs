@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use kinetree::EditError;
+use kinetree_world::CameraProjection;
 
-use crate::camera::CameraProjection;
 use crate::color::luminance;
 use crate::lights::LightTable;
-use crate::{Camera, CameraSource, Frame, Light, LightSource, Settings, Sky, World, default_camera, render};
+use crate::{Settings, default_camera, render};
+use kinetree_world::{Camera, CameraSource, Frame, Light, LightSource, Sky, World};
 
 /// Columns, rows and samples per pixel of the picture that shows whether a scene is dark.
 const TEST_PICTURE: [u32; 3] = [32, 18, 32];

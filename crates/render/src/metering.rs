@@ -13,15 +13,16 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use kinetree::Ray;
+use kinetree_world::CameraProjection;
 
-use crate::camera::CameraProjection;
 use crate::color::luminance;
 use crate::interaction::SurfaceInteraction;
 use crate::lights::LightTable;
 use crate::sampler::unit_hash;
 use crate::tonemap::{automatic_exposure, exposure_of};
 use crate::warp::{Basis, cosine_hemisphere};
-use crate::{Camera, Film, Frame, framing};
+use crate::{Film, framing};
+use kinetree_world::{Camera, Frame};
 
 /// Largest numbers of rays across and down.
 const MAX_RAYS: [u32; 2] = [96, 54];

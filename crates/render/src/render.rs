@@ -8,10 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use kinetree::Ray;
+use kinetree_world::CameraProjection;
 use rayon::prelude::*;
 
-use crate::camera::CameraProjection;
-use crate::{Camera, Film, Frame, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
+use crate::{Film, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
+use kinetree_world::{Camera, Frame};
 
 /// The size, sampling and integrator of a picture.
 #[derive(Debug, Clone, PartialEq)]

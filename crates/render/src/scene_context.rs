@@ -1,11 +1,11 @@
 //! A frame made ready for rendering: its lights collected, its alpha-tested materials known.
 
 use kinetree::{Candidate, Query};
+use kinetree_world::{Alpha, Frame};
 
 use crate::lights::LightTable;
 use crate::shading_attributes::{ShadingAttributes, alpha_test};
 use crate::thin_glass::ThinGlass;
-use crate::{Alpha, Frame};
 
 /// A frame, with all that is computed once before its first ray. Shared by all threads.
 pub struct SceneContext<'a> {

@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3, Vec4};
 use kinetree::InstanceView;
+use kinetree_world::{Alpha, Material, MaterialSet, Texture, TextureRef};
 
 use crate::color::{clamp_positive, reflectance, sanitized};
 use crate::sampler::{combine, unit_hash};
-use crate::{Alpha, Material, MaterialSet, Texture, TextureRef};
 
 /// The material of triangles that have none.
 static DEFAULT_MATERIAL: LazyLock<Material> = LazyLock::new(Material::default);

@@ -3,8 +3,7 @@
 
 use glam::{DVec3, Vec3};
 use kinetree::{Aabb, Ray};
-
-use crate::{Frame, Scatter};
+use kinetree_world::{Frame, Scatter};
 
 /// More boxes than this are merged into one.
 const MAX_BOXES: usize = 16;

@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 
 use common::{Model, Shape, corner_factor, glimpse, placed};
 use kinetree::Affine;
-use kinetree_render::{IntegratorKind, Light, Material, Scatter, Sky};
+use kinetree_render::IntegratorKind;
+use kinetree_world::{Light, Material, Scatter, Sky};
 
 const BOTH: [IntegratorKind; 2] = [IntegratorKind::Simple, IntegratorKind::Path];
 

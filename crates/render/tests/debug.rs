@@ -1,6 +1,7 @@
 //! `Debug` of pictures, textures and surfaces fits on a screen.
 
-use kinetree_render::{Film, Filter, Surface, Texture, Wrap};
+use kinetree_render::Film;
+use kinetree_world::{Filter, Surface, Texture, Wrap};
 
 #[test]
 fn debug_says_how_large_things_are_and_not_all_that_is_in_them() {

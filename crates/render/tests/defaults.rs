@@ -6,10 +6,8 @@ use std::sync::Arc;
 
 use common::{Model, Shape, picture, placed, settings};
 use kinetree::{Affine, Mesh, Motion, Ray, Scene};
-use kinetree_render::{
-    Camera, Frame, IntegratorKind, Light, Material, MaterialSet, NoAnimation, Sky, Surface, World, daylight,
-    default_camera, default_lighting, is_dark, metered_exposure,
-};
+use kinetree_render::{IntegratorKind, daylight, default_camera, default_lighting, is_dark, metered_exposure};
+use kinetree_world::{Camera, Frame, Light, Material, MaterialSet, NoAnimation, Sky, Surface, World};
 
 fn grey() -> Material {
     Material::diffuse([0.5; 3])
@@ -289,10 +287,10 @@ fn where_daylight_does_not_get_in_there_is_a_lamp() {
     let black = Sky::Constant([0.0; 3]);
     let mut chamber = world(grey(), black);
     let eye = Camera::look_at([0.5, 0.2, 0.5], [-1.0, -0.3, -1.0], 1.0);
-    chamber.cameras.push(kinetree_render::CameraSource { name: String::new(), node: None, camera: eye });
+    chamber.cameras.push(kinetree_world::CameraSource { name: String::new(), node: None, camera: eye });
     assert!(default_lighting(&mut chamber).expect("nothing moves"));
     assert_eq!(chamber.material_set.sky, black);
-    assert!(matches!(chamber.lights[..], [kinetree_render::LightSource { light: Light::Point { .. }, .. }]));
+    assert!(matches!(chamber.lights[..], [kinetree_world::LightSource { light: Light::Point { .. }, .. }]));
     let frame = chamber.frame(0.0).expect("nothing moves");
     let film = picture(&frame, &eye, &settings(IntegratorKind::Path, 32, 16)).film;
     let stops = metered_exposure(&frame, &eye, &film).log2();

@@ -4,7 +4,8 @@ mod common;
 
 use common::{Model, Shape, glimpse, picture, placed, settings};
 use kinetree::Affine;
-use kinetree_render::{Camera, IntegratorKind, Material, Sky};
+use kinetree_render::IntegratorKind;
+use kinetree_world::{Camera, Material, Sky};
 
 #[test]
 fn a_closed_box_that_emits_and_reflects_one_half_shows_twice_its_emission() {

@@ -8,9 +8,9 @@ use std::sync::Mutex;
 use common::{Model, Shape, settings};
 use kinetree::Affine;
 use kinetree_render::{
-    Camera, Frame, IntegratorKind, Material, Progress, RenderError, Settings, automatic_exposure, encode_srgb, render,
-    tone_map,
+    IntegratorKind, Progress, RenderError, Settings, automatic_exposure, encode_srgb, render, tone_map,
 };
+use kinetree_world::{Camera, Frame, Material};
 
 fn frame() -> Frame {
     Model::under(1.0).with(&Shape::cube(), Material::diffuse([0.5; 3]), Affine::IDENTITY).frame()

@@ -4,7 +4,8 @@ mod common;
 
 use common::{Estimate, Model, Shape, glimpse, picture, placed, settings};
 use kinetree::Affine;
-use kinetree_render::{Alpha, Camera, Filter, IntegratorKind, Light, Material, Scatter, Sky, Texture, Wrap};
+use kinetree_render::IntegratorKind;
+use kinetree_world::{Alpha, Camera, Filter, Light, Material, Scatter, Sky, Texture, Wrap};
 
 const BOTH: [IntegratorKind; 2] = [IntegratorKind::Simple, IntegratorKind::Path];
 
@@ -174,7 +175,7 @@ fn bad_data_never_reaches_the_film() {
     // Surfaces and materials that are not there.
     model.material_set.surfaces[2].parts[0].material = 1000;
     model.material_set.surfaces[3].parts[0].first_triangle = 10;
-    model.material_set.surfaces[3].parts.push(kinetree_render::Part { first_triangle: 5, material: 0 });
+    model.material_set.surfaces[3].parts.push(kinetree_world::Part { first_triangle: 5, material: 0 });
     model.material_set.surfaces.pop();
     let frame = lights.into_iter().fold(model, Model::lit_by).frame();
     for kind in IntegratorKind::ALL {

@@ -6,10 +6,8 @@ use std::ops::ControlFlow;
 
 use common::{Estimate, Model, Shape, picture, placed, settings};
 use kinetree::{Affine, Motion, Ray};
-use kinetree_render::{
-    Alpha, Camera, Film, Filter, Frame, Integrator, IntegratorKind, Light, Material, Sampler, Scatter, Settings, Sky,
-    Texture, Tracer, Wrap, render_with,
-};
+use kinetree_render::{Film, Integrator, IntegratorKind, Sampler, Settings, Tracer, render_with};
+use kinetree_world::{Alpha, Camera, Filter, Frame, Light, Material, Scatter, Sky, Texture, Wrap};
 
 /// A bit of everything: area lights, a sun with a disc, a sky, glass, a pane, textures, masks and
 /// blends.

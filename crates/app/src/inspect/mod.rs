@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use kinetree::{MeshId, MeshView, Motion, Scene, Snapshot};
 use kinetree_gltf::ClipInfo;
-use kinetree_render::Frame;
+use kinetree_world::Frame;
 use serde::Serialize;
 
 use crate::args::{Common, InspectArgs};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use glam::Vec3;
-use kinetree_render::{World, default_camera};
+use kinetree_render::default_camera;
+use kinetree_world::World;
 use serde::Deserialize;
 
 use super::bench_scene::BenchScene;

@@ -2,7 +2,7 @@
 
 use image::{ImageFormat, RgbaImage};
 use kinetree::Ray;
-use kinetree_render::{Alpha, Filter, Light, Material, Scatter, TextureRef, Wrap};
+use kinetree_world::{Alpha, Filter, Light, Material, Scatter, TextureRef, Wrap};
 use serde_json::{Value, json};
 
 use crate::writer::{TRIANGLE, TempFolder, Writer, frame};

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 
 use kinetree::{Cull, Ray, Snapshot};
 use kinetree_gltf::{Clip, Loaded, Options};
-use kinetree_render::{Camera, Light, Settings, render};
+use kinetree_render::{Settings, render};
+use kinetree_world::{Camera, Light};
 use serde_json::{Value, json};
 
 use crate::writer::{TRIANGLE, Writer, assert_near, frame, places};

@@ -2,8 +2,7 @@
 
 use glam::Vec3;
 use kinetree::{InstanceView, Motion};
-
-use crate::Frame;
+use kinetree_world::Frame;
 
 /// Moving instances looked at, about; of more, every so many.
 const MOST_INSTANCES: usize = 2048;

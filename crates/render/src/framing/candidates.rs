@@ -3,9 +3,9 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use kinetree_world::Camera;
 
 use super::region::{Objects, Region};
-use crate::Camera;
 
 /// Vertical field of view of cameras that look at the region, radians.
 pub(super) const OUTSIDE_FOV: f32 = 0.75;
@@ -114,7 +114,7 @@ pub(super) fn shadow(half: Vec3, along: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::CameraProjection;
+    use kinetree_world::CameraProjection;
 
     #[test]
     fn objects_that_are_shown_whole_touch_the_margin_and_do_not_cross_it() {

@@ -19,8 +19,8 @@ mod sight;
 mod subject;
 
 use glam::Vec3;
+use kinetree_world::{Camera, Frame};
 
-use crate::{Camera, Frame};
 use region::Region;
 use score::Score;
 use subject::Subject;

@@ -1,9 +1,9 @@
 //! Where things are in a picture: from -1 to 1, right and up.
 
 use glam::{Vec2, Vec3};
+use kinetree_world::Camera;
 
 use super::subject::Shown;
-use crate::Camera;
 
 /// A camera that places are projected through.
 #[derive(Debug)]
@@ -78,7 +78,7 @@ impl Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::CameraProjection;
+    use kinetree_world::CameraProjection;
 
     #[test]
     fn places_are_projected_to_where_their_ray_starts() {

@@ -6,12 +6,12 @@
 //! of what they see.
 
 use glam::Vec2;
+use kinetree_world::{Camera, Frame};
 
 use super::candidates::{OUTSIDE_FOV, direction, shadow};
 use super::picture::{Extent, Picture};
 use super::sight::{Sight, is_open};
 use super::subject::Subject;
-use crate::{Camera, Frame};
 
 /// Directions in which cameras stand.
 const AZIMUTHS: u32 = 20;

@@ -11,9 +11,9 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
+use kinetree_world::Frame;
 
 use super::backdrop;
-use crate::Frame;
 
 /// A box with some extent, and places in it that stand for what it holds.
 #[derive(Debug, Clone)]

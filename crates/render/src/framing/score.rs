@@ -2,8 +2,8 @@
 
 use super::region::Region;
 use super::sight::{Sight, is_open};
-use crate::camera::CameraProjection;
-use crate::{Camera, Frame};
+use kinetree_world::CameraProjection;
+use kinetree_world::{Camera, Frame};
 
 /// The part of the picture that should show the region; more is no better.
 const ENOUGH: f32 = 0.55;

@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 use kinetree::Ray;
+use kinetree_world::CameraProjection;
 
-use crate::camera::CameraProjection;
 use crate::interaction::SurfaceInteraction;
 use crate::sampler::combine;
-use crate::{Camera, Frame};
+use kinetree_world::{Camera, Frame};
 
 /// Rays across and down.
 const GRID: [u32; 2] = [32, 18];

@@ -2,10 +2,10 @@
 //! nearly all moves.
 
 use glam::Vec3;
+use kinetree_world::Frame;
 
 use super::bodies::{Body, moving_bodies};
 use super::region::Region;
-use crate::Frame;
 
 /// From this part of all triangles on, everything is said to move, if it also takes [this
 /// part](ALL_ROUND) of the room.

@@ -4,13 +4,13 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use kinetree::{InstanceView, Ray};
+use kinetree_world::{Frame, Surface};
 
 use super::LightSample;
 use crate::color::luminance;
 use crate::interaction::geometric_normal;
 use crate::shading_attributes::ShadingAttributes;
 use crate::warp;
-use crate::{Frame, Surface};
 
 /// An emissive triangle in world space.
 #[derive(Debug, Clone, Copy)]
@@ -157,7 +157,7 @@ fn distance_to_plane(corners: [[f32; 3]; 3], ray: &Ray) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Part;
+    use kinetree_world::Part;
 
     #[test]
     fn runs_end_where_the_next_begins_or_the_mesh_does() {

@@ -3,11 +3,11 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use kinetree_world::{Light, Sky};
 
 use super::LightSample;
 use crate::color::{luminance, sanitized};
 use crate::warp::{Basis, cone};
-use crate::{Light, Sky};
 
 /// A sun: a single direction, or a disc around it.
 #[derive(Debug, Clone, Copy)]

@@ -18,11 +18,12 @@ mod punctual;
 use std::ops::Range;
 
 use glam::Vec3;
+use kinetree_world::Frame;
 
+use crate::Sampler;
 use crate::color::luminance;
 use crate::interaction::SurfaceInteraction;
 use crate::sampler::unit;
-use crate::{Frame, Sampler};
 use alias::AliasTable;
 use emitters::Emitter;
 use infinite::Sun;

@@ -3,9 +3,9 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use kinetree_world::Light;
 
 use super::{LightSample, MAX_WEIGHED};
-use crate::Light;
 use crate::color::{luminance, sanitized};
 
 /// A point or spot light.

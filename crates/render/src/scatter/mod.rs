@@ -9,9 +9,10 @@ mod fresnel;
 mod thin_dielectric;
 
 use glam::Vec3;
+use kinetree_world::Scatter;
 
+use crate::Sampler;
 use crate::interaction::SurfaceInteraction;
-use crate::{Sampler, Scatter};
 
 pub(crate) use thin_dielectric::straight_transmittance;
 

@@ -6,9 +6,9 @@
 //! sampling against BSDF sampling as if the sheet were not there.
 
 use glam::Vec3;
+use kinetree_world::Scatter;
 
 use super::{BsdfSample, ScatterKind, fresnel, reflected, reflection_normal, usable};
-use crate::Scatter;
 use crate::interaction::SurfaceInteraction;
 
 /// Reflects with the probability of Fresnel's reflectance of both boundaries together, and

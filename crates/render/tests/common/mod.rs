@@ -5,9 +5,8 @@ use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
 use kinetree::{Affine, Mesh, Motion, Scene};
-use kinetree_render::{
-    Camera, Frame, IntegratorKind, Light, Material, MaterialSet, Rendered, Settings, Sky, Surface, render,
-};
+use kinetree_render::{IntegratorKind, Rendered, Settings, render};
+use kinetree_world::{Camera, Frame, Light, Material, MaterialSet, Sky, Surface};
 
 /// Triangles with texture coordinates.
 #[derive(Clone, Default)]

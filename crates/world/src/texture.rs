@@ -1,14 +1,11 @@
-//! Images on surfaces: eight-bit texels, filtered bilinearly.
+//! Textures: eight-bit images with sRGB decoding, wrap modes and bilinear filtering.
 
 use std::fmt;
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec4};
 
-use crate::TextureRef;
-use crate::color::linear_from_srgb;
-
-/// An image with what is needed to look it up.
+/// An image with its sampling.
 #[derive(Clone, PartialEq)]
 pub struct Texture {
     /// Texels in a row.
@@ -17,15 +14,15 @@ pub struct Texture {
     pub height: u32,
     /// RGBA, row by row from the top, `width * height` of them.
     pub texels: Vec<[u8; 4]>,
-    /// Colour is encoded as sRGB, and decoded when it is looked up; alpha never is.
+    /// Whether colour is encoded as sRGB, and decoded by a lookup; alpha never is.
     pub srgb: bool,
-    /// What lies left and right of the image, and above and below.
+    /// The wrap modes along u and v.
     pub wrap: [Wrap; 2],
-    /// Whether neighbouring texels are blended.
+    /// The filter.
     pub filter: Filter,
 }
 
-/// In short: how large it is, without its texels.
+/// Prints the size, not the texels.
 impl fmt::Debug for Texture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Texture")
@@ -38,7 +35,7 @@ impl fmt::Debug for Texture {
     }
 }
 
-/// What lies beyond an image's edge.
+/// How texture coordinates beyond the image are wrapped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wrap {
     /// The image again.
@@ -50,25 +47,31 @@ pub enum Wrap {
     Clamp,
 }
 
-/// How a colour is made of texels.
+/// How texels are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Filter {
     /// The nearest texel.
     Nearest,
-    /// The four around the point, weighted.
+    /// Bilinear interpolation of four texels.
     #[default]
     Bilinear,
 }
 
-/// The 256 linear values of eight-bit sRGB.
+/// The linear value, in 0..=1, of an eight-bit sRGB value (IEC 61966-2-1).
+pub fn linear_from_srgb(value: u8) -> f32 {
+    let encoded = f32::from(value) / 255.0;
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// [`linear_from_srgb`] of all values.
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|value| linear_from_srgb(value as u8)));
 
 impl Wrap {
-    /// A place on an endless axis, folded into `0..size`.
+    /// Wraps the index of a texel into `0..size`.
     fn fold(self, place: i64, size: u32) -> usize {
         let (size, is_power_of_two) = (i64::from(size), size.is_power_of_two());
         let folded = match self {
-            // As the remainder, without a division.
+            // The remainder without a division.
             Self::Repeat if is_power_of_two => place & (size - 1),
             Self::Repeat => place.rem_euclid(size),
             Self::Mirror => {
@@ -82,7 +85,7 @@ impl Wrap {
 }
 
 impl Texture {
-    /// The colour at a place, linear RGBA in 0..=1. (0, 0) is the upper left corner of the image,
+    /// The filtered colour at texture coordinates, linear RGBA in 0..=1. (0, 0) is the upper left corner of the image,
     /// (1, 1) the lower right. A texture without texels, or with too few, is white; a place that is
     /// not finite counts as (0, 0).
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
@@ -117,9 +120,9 @@ impl Texture {
     }
 }
 
-/// `f32::floor`, which is a call on processors without an instruction for it.
+/// `f32::floor` without a function call at processor levels that have no instruction for it.
 fn floor(x: f32) -> f32 {
-    // From there on, and for what is no number, there are no fractions.
+    // Numbers from 2^23 on have no fraction; NaN stays NaN.
     if x.abs() < 8_388_608.0 {
         let toward_zero = x as i32 as f32;
         if toward_zero > x { toward_zero - 1.0 } else { toward_zero }
@@ -128,17 +131,39 @@ fn floor(x: f32) -> f32 {
     }
 }
 
+/// A reference from a material to a texture, with a transform of texture coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`MaterialSet::textures`].
+    pub texture: u32,
+    /// Texture coordinates are scaled by `scale`, rotated by `rotation`, and moved by `offset`, in this
+    /// order (KHR_texture_transform).
+    pub scale: [f32; 2],
+    /// Radians, counter-clockwise as in KHR_texture_transform.
+    pub rotation: f32,
+    /// Added last.
+    pub offset: [f32; 2],
+}
+
+impl From<u32> for TextureRef {
+    fn from(texture: u32) -> Self {
+        Self { texture, scale: [1.0; 2], rotation: 0.0, offset: [0.0; 2] }
+    }
+}
+
 impl TextureRef {
-    /// Texture coordinates of a surface as the image sees them: scaled, turned, moved.
+    /// Transforms texture coordinates of a mesh into those of the image.
+    #[inline]
     pub fn transformed(&self, uv: [f32; 2]) -> [f32; 2] {
         let (sin, cos) = if self.rotation == 0.0 { (0.0, 1.0) } else { self.rotation.sin_cos() };
         let [u, v] = [uv[0] * self.scale[0], uv[1] * self.scale[1]];
-        // Counter-clockwise as seen, with v pointing down.
+        // Counter-clockwise as seen in the image, where v points down.
         [cos * u + sin * v + self.offset[0], -sin * u + cos * v + self.offset[1]]
     }
 
-    /// The colour at a place of a surface, linear RGBA in 0..=1; white when there is no such
+    /// The colour at texture coordinates of a mesh, linear RGBA in 0..=1; white when there is no such
     /// texture.
+    #[inline]
     pub fn lookup(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 4] {
         textures.get(self.texture as usize).map_or([1.0; 4], |texture| texture.lookup(self.transformed(uv)))
     }

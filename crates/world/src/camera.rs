@@ -26,7 +26,7 @@ impl Camera {
 
 /// The perspective projection of a camera for images of one aspect ratio.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct CameraProjection {
+pub struct CameraProjection {
     eye: Vec3,
     forward: Vec3,
     /// From the centre of the image plane at distance 1 to its right edge.
@@ -38,7 +38,7 @@ pub(crate) struct CameraProjection {
 impl CameraProjection {
     /// `aspect` is width over height. Degenerate axes are replaced by valid ones, and the field of
     /// view is clamped to between 0.001 and 3.1 radians.
-    pub(crate) fn new(camera: &Camera, aspect: f32) -> Self {
+    pub fn new(camera: &Camera, aspect: f32) -> Self {
         let placement = &camera.world_from_camera;
         let finite =
             |vector: [f32; 3]| Some(Vec3::from(vector)).filter(|vector| vector.is_finite()).unwrap_or(Vec3::ZERO);
@@ -54,17 +54,19 @@ impl CameraProjection {
         }
     }
 
-    /// Whether a point projects into the image, occluded or not.
-    pub(crate) fn contains(&self, point: Vec3) -> bool {
+    /// Whether a point in world space projects into the image, occluded or not.
+    #[inline]
+    pub fn contains(&self, point: Vec3) -> bool {
         let offset = point - self.eye;
         let depth = offset.dot(self.forward);
         let within = |edge: Vec3| offset.dot(edge).abs() <= depth * edge.length_squared();
         depth > 0.0 && within(self.right) && within(self.up)
     }
 
-    /// The ray through a point of the image, with unit direction: (0, 0) is the upper left corner,
+    /// The ray through a point of the image, in world space with unit direction: (0, 0) is the upper left corner,
     /// (1, 1) the lower right.
-    pub(crate) fn ray(&self, [x, y]: [f32; 2]) -> Ray {
+    #[inline]
+    pub fn ray(&self, [x, y]: [f32; 2]) -> Ray {
         let direction = self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y);
         Ray::new(self.eye.into(), direction.normalize().into())
     }

@@ -1,22 +1,22 @@
-//! Lights that are no surfaces: points, spots and a sun.
+//! Lights that are not surfaces: points, spots and suns, as in KHR_lights_punctual.
 
 use glam::Vec3;
 use kinetree::Affine;
 
-/// A light in the space of the node it hangs on (or in world space).
+/// A light, in the space of the node that it is attached to, or in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Light {
-    /// Sends the same in all directions from one point.
+    /// An isotropic point light.
     Point {
         /// Metres.
         position: [f32; 3],
         /// Radiant intensity, linear RGB, W/sr.
         intensity: [f32; 3],
-        /// Beyond this distance it gives nothing, metres; `f32::INFINITY` for a light without a
-        /// bound (KHR_lights_punctual).
+        /// The light fades to zero at this distance, metres; `f32::INFINITY` for the inverse square
+        /// law alone (KHR_lights_punctual).
         range: f32,
     },
-    /// Sends light into a cone.
+    /// A spot light.
     Spot {
         /// Metres.
         position: [f32; 3],
@@ -24,15 +24,14 @@ pub enum Light {
         direction: [f32; 3],
         /// Radiant intensity on the axis, linear RGB, W/sr.
         intensity: [f32; 3],
-        /// As for a point.
+        /// As for a point light.
         range: f32,
         /// Cosine of the half angle within which the light has full strength.
         inner_cos: f32,
-        /// Cosine of the half angle beyond which it gives nothing.
+        /// Cosine of the half angle beyond which it has none.
         outer_cos: f32,
     },
-    /// So far away that its rays are parallel, or a disc in the sky when `angle` is larger than
-    /// zero.
+    /// A directional light, or a disc in the sky when `angle` is larger than zero.
     Sun {
         /// Unit vector, from the sun to the scene.
         direction: [f32; 3],
@@ -44,8 +43,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// The light of a node as the world sees it. Position and direction move with the node;
-    /// strength, range and angles do not scale with it (KHR_lights_punctual).
+    /// Transforms a light from the space of a node to world space. Position and direction follow the
+    /// node; intensity, range and angles do not scale with it (KHR_lights_punctual).
     pub fn placed(&self, world_from_node: &Affine) -> Self {
         let turned = |direction: [f32; 3]| {
             let turned = Vec3::from(world_from_node.transform_vector(direction));
@@ -85,7 +84,7 @@ mod tests {
             outer_cos: 0.8,
         };
         let Light::Spot { position, direction, intensity, range, .. } = spot.placed(&node) else {
-            panic!("a spot stays one")
+            panic!("a spot stays a spot")
         };
         assert!((Vec3::from(position) - Vec3::new(1.0, 2.0, 3.0)).length() < 1e-6);
         assert!((Vec3::from(direction) - Vec3::NEG_X).length() < 1e-6);
