@@ -5,10 +5,15 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::EditError;
 use crate::handle::Handle;
 
-/// A number that no other scene of the process has.
+/// A number that no other scene of the process has, until 2^32 - 1 scenes have been made. Never 0.
 pub(crate) fn fresh_scene_number() -> u32 {
     static NEXT: AtomicU32 = AtomicU32::new(1);
-    NEXT.fetch_add(1, Ordering::Relaxed)
+    loop {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        if number != 0 {
+            return number;
+        }
+    }
 }
 
 /// Values in numbered slots; a slot that is used again has another generation.
