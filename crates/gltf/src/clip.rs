@@ -1,239 +1,211 @@
-//! The animations that are played: for every node that they move, the keys.
+//! The animations of a file, and the choice among them.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
-use std::sync::Arc;
+use std::collections::HashSet;
+use std::fmt;
 
-use crate::accessor::Accessors;
+use kinetree::EditError;
+
 use crate::document::Document;
-use crate::error::{Item, Problem, Quoted};
-use crate::json::{Animation, Channel, ElementType, Interpolation as InterpolationJson, Path};
-use crate::keys::{Interpolation, Keys};
+use crate::error::{Problem, Quoted};
+use crate::json::{Animation, Path};
 use crate::notes::Notes;
-use crate::{Clip as Choice, ClipInfo, Options};
 
-/// What the animations do. Times start with 0.
-#[derive(Default)]
-pub(crate) struct Clip {
-    /// By node.
-    pub(crate) nodes: BTreeMap<usize, Channels>,
-    /// By node: the weights of its morph targets.
-    pub(crate) weights: BTreeMap<usize, Keys>,
-    /// Seconds.
-    pub(crate) duration: f64,
-    /// All animations of the file.
+/// Which of the animations of a file are played.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Clip {
+    /// The first, and all others that move nothing that one before them moves: one animation for
+    /// each object, as many programs write them, is one performance, whereas several for the same
+    /// object are alternatives. They begin together; the shorter ones wait at their ends for the
+    /// longest.
+    #[default]
+    Together,
+    /// By its index in the file. Index 0 is accepted even if the file has no animation: then
+    /// nothing moves.
+    Index(usize),
+    /// By its name; of several with the same name, the first.
+    Name(String),
+}
+
+impl From<usize> for Clip {
+    fn from(index: usize) -> Self {
+        Self::Index(index)
+    }
+}
+
+impl From<&str> for Clip {
+    fn from(name: &str) -> Self {
+        Self::Name(name.to_owned())
+    }
+}
+
+/// As an error message names it.
+impl fmt::Display for Clip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Together => f.write_str("together"),
+            Self::Index(index) => index.fmt(f),
+            Self::Name(name) => Quoted::new(name).fmt(f),
+        }
+    }
+}
+
+/// An animation of a file.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ClipInfo {
+    /// As written in the file.
+    pub name: Option<String>,
+    /// Seconds; 0 if it was not read.
+    pub duration: f64,
+    /// Whether it can be played: [`Options::clip`](crate::Options::clip) says which ones are read.
+    pub is_read: bool,
+    /// Whether it is one of [`Clip::Together`], among those that were read.
+    pub is_played: bool,
+}
+
+/// Why an animation could not be brought to a time.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlayError {
+    /// The file has no such animation, or it was not read.
+    #[error("no animation {clip} can be played; those that can are: {}", known_or_none(.known))]
+    NoClip {
+        /// The one that was to be played.
+        clip: Clip,
+        /// The first of those that can be played, such as `0 "walk"`.
+        known: Vec<String>,
+    },
+    /// The scene refused an edit, such as one of a node that has been removed.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+}
+
+fn known_or_none(known: &[String]) -> String {
+    if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+}
+
+/// All animations of a file. Always: what is played was read.
+pub(crate) struct Clips {
     pub(crate) all: Vec<ClipInfo>,
 }
 
-/// What an animation does to the placement of a node.
-#[derive(Default)]
-pub(crate) struct Channels {
-    pub(crate) translation: Option<Keys>,
-    pub(crate) rotation: Option<Keys>,
-    pub(crate) scale: Option<Keys>,
-}
-
-impl Clip {
-    /// Reads the chosen animations; a file without any has a clip that does nothing.
-    pub(crate) fn read(
-        document: &Document,
-        accessors: &Accessors<'_>,
-        options: &Options,
-        notes: &mut Notes,
-    ) -> Result<Self, Problem> {
-        let animations = &document.root.animations;
-        let is_played = chosen(document, &options.clip)?;
-        if options.clip == Choice::Together && animations.len() > 1 {
-            note_choice(document, &is_played, notes);
-        }
-        let mut clip = Self::default();
-        let mut times = HashMap::new();
-        for (index, animation) in animations.iter().enumerate() {
-            let name = animation.name.as_deref().map(str::to_owned);
-            clip.all.push(ClipInfo { name, is_played: is_played[index] });
-            if !is_played[index] {
-                continue;
-            }
-            let item = document.animation_item(index);
-            let mut reader = Reader { document, accessors, animation, item, times: &mut times };
-            for (number, channel) in animation.channels.iter().enumerate() {
-                reader.read(number, channel, &mut clip, notes)?;
-            }
-        }
-        Ok(clip)
-    }
-
-    /// The nodes whose size changes, which may mirror what is below them.
-    pub(crate) fn resized(&self) -> impl Iterator<Item = usize> {
-        self.nodes.iter().filter(|(_, channels)| channels.scale.is_some()).map(|(&node, _)| node)
-    }
+/// The animations that give one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Playing {
+    /// None: everything is at rest.
+    Nothing,
+    /// Those of [`Clip::Together`].
+    Together,
+    /// By its index in the file.
+    One(usize),
 }
 
 /// How many animations a note or an error lists by name.
 const MOST_NAMES: usize = 20;
 
-/// For every animation whether it is played.
-fn chosen(document: &Document, choice: &Choice) -> Result<Vec<bool>, Problem> {
-    let animations = &document.root.animations;
-    let (index, asked) = match choice {
-        Choice::Together => return Ok(compatible(document)),
-        Choice::Index(0) if animations.is_empty() => return Ok(Vec::new()),
-        Choice::Index(index) => (Some(*index), index.to_string()),
-        Choice::Name(name) => {
-            let index = animations.iter().position(|animation| animation.name.as_deref() == Some(name));
-            (index, Quoted::new(name).to_string())
+impl Clips {
+    /// Decides which animations are read: all, without a choice.
+    ///
+    /// # Errors
+    /// A choice that the file does not have.
+    pub(crate) fn choose(document: &Document, choice: Option<&Clip>, notes: &mut Notes) -> Result<Self, Problem> {
+        let animations = &document.root.animations;
+        let info = |animation: &Animation| ClipInfo {
+            name: animation.name.as_deref().map(str::to_owned),
+            duration: 0.0,
+            is_read: true,
+            is_played: false,
+        };
+        let mut clips = Self { all: animations.iter().map(info).collect() };
+        if let Some(clip @ (Clip::Index(_) | Clip::Name(_))) = choice {
+            let chosen = clips.find(clip).ok_or_else(|| Problem::NoClip {
+                asked: clip.to_string(),
+                count: animations.len(),
+                known: clips.labels(|_| true),
+            })?;
+            for (index, info) in clips.all.iter_mut().enumerate() {
+                info.is_read = chosen == Playing::One(index);
+            }
         }
-    };
-    let Some(index) = index.filter(|&index| index < animations.len()) else {
-        let known = (0..animations.len()).take(MOST_NAMES).map(|index| label(document, index)).collect();
-        return Err(Problem::NoClip { asked, count: animations.len(), known });
-    };
-    Ok((0..animations.len()).map(|other| other == index).collect())
-}
-
-/// The first animation, and every other that moves nothing that one before it moves.
-fn compatible(document: &Document) -> Vec<bool> {
-    let mut moved: HashSet<(usize, Path)> = HashSet::new();
-    let targets = |animation: &Animation| {
-        let known = animation.channels.iter().filter(|channel| channel.target.path != Path::Unknown);
-        known.filter_map(|channel| Some((channel.target.node?.value(), channel.target.path))).collect::<Vec<_>>()
-    };
-    let animations = document.root.animations.iter();
-    animations
-        .map(|animation| {
+        let mut moved = HashSet::new();
+        for (info, animation) in clips.all.iter_mut().zip(animations.iter()).filter(|(info, _)| info.is_read) {
             let targets = targets(animation);
-            let is_free = targets.iter().all(|target| !moved.contains(target));
-            if is_free {
+            info.is_played = targets.iter().all(|target| !moved.contains(target));
+            if info.is_played {
                 moved.extend(targets);
             }
-            is_free
-        })
-        .collect()
-}
+        }
+        if choice == Some(&Clip::Together) {
+            clips.all.iter_mut().for_each(|info| info.is_read = info.is_played);
+            if clips.all.len() > 1 {
+                clips.note_choice(notes);
+            }
+        }
+        Ok(clips)
+    }
 
-fn note_choice(document: &Document, is_played: &[bool], notes: &mut Notes) {
-    notes.add(|| {
-        let played: Vec<usize> = (0..is_played.len()).filter(|&index| is_played[index]).collect();
-        let names: Vec<String> = played.iter().take(MOST_NAMES).map(|&index| label(document, index)).collect();
-        let more = played.len() - names.len();
-        let names = names.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() };
-        let verb = if played.len() == 1 { "is played" } else { "are played together" };
-        let others = if played.len() < is_played.len() { "; the others move what these move" } else { "" };
-        format!("of {} animations, {names} {verb}{others}", is_played.len())
-    });
-}
+    /// What is played for a choice.
+    ///
+    /// # Errors
+    /// An animation that is not there, or was not read.
+    pub(crate) fn playing(&self, clip: &Clip) -> Result<Playing, PlayError> {
+        let can_play = |playing: &Playing| match *playing {
+            Playing::One(index) => self.all[index].is_read,
+            Playing::Together | Playing::Nothing => true,
+        };
+        self.find(clip)
+            .filter(can_play)
+            .ok_or_else(|| PlayError::NoClip { clip: clip.clone(), known: self.labels(|info| info.is_read) })
+    }
 
-/// Such as `1 "walk"`.
-fn label(document: &Document, index: usize) -> String {
-    match &document.root.animations[index].name {
-        Some(name) => format!("{index} {}", Quoted::new(name)),
-        None => index.to_string(),
+    /// Whether an animation is among those that are played.
+    pub(crate) fn includes(&self, playing: Playing, clip: usize) -> bool {
+        match playing {
+            Playing::Nothing => false,
+            Playing::Together => self.all[clip].is_played,
+            Playing::One(index) => index == clip,
+        }
+    }
+
+    /// Seconds until the longest ends.
+    pub(crate) fn duration(&self, playing: Playing) -> f64 {
+        let played = (0..self.all.len()).filter(|&clip| self.includes(playing, clip));
+        played.map(|clip| self.all[clip].duration).fold(0.0, f64::max)
+    }
+
+    fn find(&self, clip: &Clip) -> Option<Playing> {
+        match clip {
+            Clip::Together => Some(Playing::Together),
+            Clip::Index(0) if self.all.is_empty() => Some(Playing::Nothing),
+            Clip::Index(index) => Some(Playing::One(*index)).filter(|_| *index < self.all.len()),
+            Clip::Name(name) => self.all.iter().position(|info| info.name.as_deref() == Some(name)).map(Playing::One),
+        }
+    }
+
+    fn note_choice(&self, notes: &mut Notes) {
+        notes.add(|| {
+            let played = self.all.iter().filter(|info| info.is_played).count();
+            let names = self.labels(|info| info.is_played);
+            let more = played - names.len();
+            let names = names.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() };
+            let verb = if played == 1 { "is played" } else { "are played together" };
+            let others = if played < self.all.len() { "; the others move what these move" } else { "" };
+            format!("of {} animations, {names} {verb}{others}", self.all.len())
+        });
+    }
+
+    /// The first animations of which something is true, such as `1 "walk"`.
+    fn labels(&self, wanted: impl Fn(&ClipInfo) -> bool) -> Vec<String> {
+        let label = |(index, info): (usize, &ClipInfo)| match &info.name {
+            Some(name) => format!("{index} {}", Quoted::new(name)),
+            None => index.to_string(),
+        };
+        self.all.iter().enumerate().filter(|(_, info)| wanted(info)).take(MOST_NAMES).map(label).collect()
     }
 }
 
-struct Reader<'a> {
-    document: &'a Document,
-    accessors: &'a Accessors<'a>,
-    animation: &'a Animation,
-    item: Item,
-    /// By accessor; most channels share theirs.
-    times: &'a mut HashMap<usize, Arc<[f32]>>,
-}
-
-impl Reader<'_> {
-    fn read(&mut self, number: usize, channel: &Channel, clip: &mut Clip, notes: &mut Notes) -> Result<(), Problem> {
-        let item = self.item.clone();
-        let mut ignore = |why: &str| notes.add(|| format!("{item}: channel {number} {why}, and is ignored"));
-        let path = channel.target.path;
-        let Some(node) = channel.target.node else {
-            notes.ignored("a channel without a node", "what only extensions animate stands still", Some(&item));
-            return Ok(());
-        };
-        self.document.get(node, "node", &item)?;
-        let node = node.value();
-        let width = match path {
-            Path::Translation | Path::Scale => 3,
-            Path::Rotation => 4,
-            Path::Weights => self.target_count(node),
-            Path::Unknown => {
-                notes.ignored("a channel for an unknown property", "it moves nothing", Some(&item));
-                return Ok(());
-            }
-        };
-        if width == 0 {
-            ignore("moves the morph targets of a node that has none");
-            return Ok(());
-        }
-        let Some(keys) = self.keys(number, channel, width)? else {
-            ignore("has no keys");
-            return Ok(());
-        };
-        let end = keys.end();
-        let taken = if path == Path::Weights {
-            clip.weights.insert(node, keys).is_some()
-        } else {
-            let channels = clip.nodes.entry(node).or_default();
-            let slot = match path {
-                Path::Translation => &mut channels.translation,
-                Path::Rotation => &mut channels.rotation,
-                _ => &mut channels.scale,
-            };
-            slot.replace(keys).is_some()
-        };
-        if taken {
-            notes.add(|| format!("{item}: channel {number} takes the place of an earlier one for the same node"));
-        }
-        clip.duration = clip.duration.max(end);
-        Ok(())
-    }
-
-    /// Of the mesh of a node.
-    fn target_count(&self, node: usize) -> usize {
-        self.document.root.nodes[node].mesh.map_or(0, |mesh| self.document.target_count(mesh.value()))
-    }
-
-    fn keys(&mut self, number: usize, channel: &Channel, width: usize) -> Result<Option<Keys>, Problem> {
-        let samplers = &self.animation.samplers;
-        let (from, index) = (&self.item, channel.sampler as usize);
-        let missing = || Problem::NoSuch { from: from.clone(), kind: "sampler", index, count: samplers.len() };
-        let sampler = samplers.get(index).ok_or_else(missing)?;
-        let interpolation = match sampler.interpolation {
-            InterpolationJson::Step => Interpolation::Step,
-            InterpolationJson::Linear => Interpolation::Linear,
-            InterpolationJson::CubicSpline => Interpolation::CubicSpline,
-            InterpolationJson::Unknown => {
-                return Err(from.invalid(format!("has an unknown interpolation in channel {number}")));
-            }
-        };
-        let times = match self.times.get(&sampler.input.value()) {
-            Some(times) => Arc::clone(times),
-            None => {
-                let times = self.accessors.floats::<1>(sampler.input, ElementType::Scalar, from)?;
-                let times: Arc<[f32]> = times.into_flattened().into();
-                self.times.insert(sampler.input.value(), Arc::clone(&times));
-                times
-            }
-        };
-        let values = match channel.target.path {
-            Path::Translation | Path::Scale => {
-                self.accessors.floats::<3>(sampler.output, ElementType::Vec3, from)?.into_flattened()
-            }
-            Path::Rotation => self.accessors.floats::<4>(sampler.output, ElementType::Vec4, from)?.into_flattened(),
-            Path::Weights | Path::Unknown => {
-                self.accessors.floats::<1>(sampler.output, ElementType::Scalar, from)?.into_flattened()
-            }
-        };
-        if times.is_empty() {
-            return Ok(None);
-        }
-        if !values.iter().all(|value| value.is_finite()) {
-            return Err(from.invalid(format!("has values that are not finite in channel {number}")));
-        }
-        let (keys, numbers) = (times.len(), values.len());
-        let fits = Keys::new(times, values, width, interpolation);
-        let broken = || {
-            let reason = "with times that are not finite or go back, or with too many or too few values";
-            from.invalid(format!("has a channel, {number}, of {keys} keys and {numbers} numbers {reason}"))
-        };
-        fits.map(Some).ok_or_else(broken)
-    }
+/// The properties of nodes that an animation moves.
+fn targets(animation: &Animation) -> Vec<(usize, Path)> {
+    let known = animation.channels.iter().filter(|channel| channel.target.path != Path::Unknown);
+    known.filter_map(|channel| Some((channel.target.node?.value(), channel.target.path))).collect()
 }

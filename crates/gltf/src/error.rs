@@ -96,6 +96,9 @@ pub enum Problem {
         /// The first of them, such as `0 "walk"`.
         known: Vec<String>,
     },
+    /// The node that it was to be inserted below.
+    #[error("cannot be inserted below a node: {0}")]
+    Parent(EditError),
     /// The library refused an edit that the file asks for.
     #[error("{item} cannot become part of a scene: {error}")]
     Refused {

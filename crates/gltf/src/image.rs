@@ -10,17 +10,17 @@ use std::collections::HashMap;
 use kinetree_world::{Filter, Texture, Wrap};
 
 use crate::accessor::Accessors;
+use crate::container::Container;
 use crate::document::Document;
 use crate::error::{Item, Problem};
 use crate::json::{self, Index, Sampler};
 use crate::notes::Notes;
 use crate::pixels::Encoded;
-use crate::source::Source;
 
 /// The textures that materials have used so far.
 pub(crate) struct Textures<'a> {
     document: &'a Document,
-    source: &'a Source,
+    container: &'a Container,
     accessors: &'a Accessors<'a>,
     /// How many bytes further textures may take.
     bytes_left: u64,
@@ -38,13 +38,13 @@ impl<'a> Textures<'a> {
     /// No textures yet; all of them together will take at most `max_bytes`.
     pub(crate) fn new(
         document: &'a Document,
-        source: &'a Source,
+        container: &'a Container,
         accessors: &'a Accessors<'a>,
         max_bytes: u64,
     ) -> Self {
         Self {
             document,
-            source,
+            container,
             accessors,
             bytes_left: max_bytes,
             loaded: Vec::new(),
@@ -137,7 +137,7 @@ impl<'a> Textures<'a> {
         let bytes = match (image.buffer_view, &image.uri) {
             (Some(view), _) => Cow::Borrowed(self.accessors.view(view, &item)?),
             (None, Some(uri)) => {
-                Cow::Owned(self.source.fetch(uri).map_err(|problem| item.invalid(problem.to_string()))?)
+                Cow::Owned(self.container.fetch(uri).map_err(|problem| item.invalid(problem.to_string()))?)
             }
             (None, None) => return Err(item.invalid("has neither a buffer view nor a URI")),
         };

@@ -6,7 +6,7 @@ use crate::accessor::Accessors;
 use crate::budget::Budget;
 use crate::error::{Item, Problem};
 use crate::json::{ElementType, Instancing};
-use crate::nodes::{IDENTITY_ROTATION, Trs, normalized};
+use crate::transform::{IDENTITY_ROTATION, Trs, normalized};
 
 /// What an instance takes in a scene, in numbers: far more than its placement takes in a file.
 const NUMBERS_PER_INSTANCE: u64 = 128;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::Quat;
 
-use crate::nodes::{IDENTITY_ROTATION, normalized};
+use crate::transform::{IDENTITY_ROTATION, normalized};
 
 /// How values between two keys are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -34,18 +34,24 @@
 
 mod accessor;
 mod assemble;
+mod asset;
 mod budget;
 mod cameras;
+mod channels;
 mod clip;
+mod container;
+mod deformation;
 mod document;
 mod error;
 mod extensions;
 mod image;
 mod influences;
+mod insert;
 mod instancing;
 mod json;
 mod keys;
 mod lights;
+mod loaded;
 mod material;
 mod mesh;
 mod nodes;
@@ -53,117 +59,20 @@ mod normals;
 mod notes;
 mod pixels;
 mod player;
+mod rig;
 mod skeleton;
+mod skin;
 mod source;
+mod transform;
 mod triangles;
 mod uri;
 mod vertices;
+mod world;
 
-use std::path::{Path, PathBuf};
-
-use kinetree_world::World;
-
-use crate::accessor::Accessors;
-use crate::budget::Budget;
-use crate::document::Document;
-use crate::image::Textures;
-use crate::material::Materials;
-use crate::mesh::Meshes;
-use crate::nodes::Hierarchy;
-use crate::notes::Notes;
-use crate::source::Source;
-
+pub use crate::asset::{Asset, Options, read};
+pub use crate::clip::{Clip, ClipInfo, PlayError};
 pub use crate::error::{Item, LoadError, Problem, Quoted};
-
-/// A file that has been loaded.
-pub struct Loaded {
-    /// What the file shows, at the first moment of its animation. It has no lights if the file has
-    /// none.
-    pub world: World,
-    /// What was ignored or repaired, one line each, and not too many.
-    pub notes: Vec<String>,
-    /// The animations of the file, in its order.
-    pub clips: Vec<ClipInfo>,
-    /// The files next to it that were read: buffers and images.
-    pub files: Vec<PathBuf>,
-}
-
-/// An animation of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ClipInfo {
-    /// As written in the file.
-    pub name: Option<String>,
-    /// Whether it is among those that [`Options::clip`] chose.
-    pub is_played: bool,
-}
-
-/// What to take from a file, and how much.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Options {
-    /// The animations that are played.
-    pub clip: Clip,
-    /// How much memory the texels of all textures may take, bytes: four for every pixel. Images
-    /// beyond that are left out, with a note.
-    pub max_texture_bytes: u64,
-}
-
-impl Default for Options {
-    /// Animations together, and 4 GiB of textures.
-    fn default() -> Self {
-        Self { clip: Clip::default(), max_texture_bytes: 4 << 30 }
-    }
-}
-
-/// Which of the animations of a file are played.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum Clip {
-    /// The first, and all others that move nothing that one before them moves: one animation for
-    /// each object, as many programs write them, is one performance, whereas several for the same
-    /// object are alternatives. They begin together; the shorter ones wait at their ends for the
-    /// longest.
-    #[default]
-    Together,
-    /// By its index in the file. Index 0 is accepted even if the file has no animation: then
-    /// nothing moves.
-    Index(usize),
-    /// By its name.
-    Name(String),
-}
-
-/// Loads a file with those of its animations that play together.
-///
-/// # Errors
-/// A file that cannot be read, is broken, refers to something that is not there, or asks for too
-/// much.
-pub fn load(path: &Path) -> Result<Loaded, LoadError> {
-    load_with(path, &Options::default())
-}
-
-/// Loads a file.
-///
-/// # Errors
-/// As [`load`]; also an animation that is not there.
-pub fn load_with(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
-    let mut notes = Notes::default();
-    let (world, clips, files) = world(path, options, &mut notes).map_err(|problem| LoadError::new(path, problem))?;
-    Ok(Loaded { world, notes: notes.into_lines(), clips, files })
-}
-
-type Parts = (World, Vec<ClipInfo>, Vec<PathBuf>);
-
-fn world(path: &Path, options: &Options, notes: &mut Notes) -> Result<Parts, Problem> {
-    let source = Source::open(path)?;
-    let document = Document::parse(&source.json, notes)?;
-    let buffers = source.buffers(&document.root.buffers)?;
-    let budget = Budget::for_bytes(source.size(&buffers));
-    let accessors = Accessors::new(&document, &buffers, &budget);
-    let hierarchy = Hierarchy::read(&document, notes)?;
-    let mut clip = clip::Clip::read(&document, &accessors, options, notes)?;
-    let textures = Textures::new(&document, &source, &accessors, options.max_texture_bytes);
-    let materials = Materials::new(&document, textures);
-    let meshes = Meshes { document: &document, accessors: &accessors, budget: &budget };
-    let clips = std::mem::take(&mut clip.all);
-    let parts = assemble::Parts { document: &document, hierarchy: &hierarchy, clip, meshes, budget: &budget };
-    let world = assemble::assemble(parts, materials, notes)?;
-    Ok((world, clips, source.files_read()))
-}
+pub use crate::loaded::{Loaded, LoadedInstance, LoadedMesh, LoadedNode, LoadedSkin};
+pub use crate::player::Player;
+pub use crate::source::Source;
+pub use crate::world::{LoadedWorld, load, load_with};

@@ -2,17 +2,15 @@
 //!
 //! Nothing here recurses: a file may nest a hundred thousand nodes.
 
-use kinetree::Affine;
-
 use crate::document::Document;
 use crate::error::{Item, Problem};
 use crate::extensions;
 use crate::json::Node;
 use crate::notes::Notes;
+use crate::transform::normalized;
 
 /// The nodes of a file. Always: every node stands in `order` once, after its parent.
-pub(crate) struct Hierarchy<'a> {
-    document: &'a Document,
+pub(crate) struct Hierarchy {
     order: Vec<u32>,
     /// [`NONE`] for a root.
     parents: Vec<u32>,
@@ -23,71 +21,8 @@ pub(crate) struct Hierarchy<'a> {
 /// No node.
 const NONE: u32 = u32::MAX;
 
-/// A transform relative to the parent.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Local {
-    Matrix(Affine),
-    Trs(Trs),
-}
-
-/// Translation, rotation and scale, each of which can be animated alone. Scale is applied first,
-/// then rotation, then translation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Trs {
-    pub(crate) translation: [f32; 3],
-    /// A unit quaternion, x y z w.
-    pub(crate) rotation: [f32; 4],
-    pub(crate) scale: [f32; 3],
-}
-
-impl Trs {
-    pub(crate) fn affine(&self) -> Affine {
-        Affine::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
-    }
-}
-
-impl Local {
-    pub(crate) fn affine(&self) -> Affine {
-        match self {
-            Self::Matrix(affine) => *affine,
-            Self::Trs(trs) => trs.affine(),
-        }
-    }
-
-    /// Decomposes a matrix; its shear is lost.
-    pub(crate) fn trs(&self) -> Trs {
-        match self {
-            Self::Trs(trs) => *trs,
-            Self::Matrix(affine) => {
-                let columns = [affine.x_axis, affine.y_axis, affine.z_axis].map(glam::Vec3::from);
-                let mirrored = affine.determinant() < 0.0;
-                let lengths = columns.map(glam::Vec3::length);
-                let scale = [if mirrored { -lengths[0] } else { lengths[0] }, lengths[1], lengths[2]];
-                let mut axes =
-                    glam::Mat3::from_cols(columns[0] / scale[0], columns[1] / scale[1], columns[2] / scale[2]);
-                if !axes.is_finite() {
-                    axes = glam::Mat3::IDENTITY;
-                }
-                let rotation = normalized(glam::Quat::from_mat3(&axes).to_array()).unwrap_or(IDENTITY_ROTATION);
-                Trs { translation: affine.translation, rotation, scale }
-            }
-        }
-    }
-}
-
-/// The quaternion of no rotation.
-pub(crate) const IDENTITY_ROTATION: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
-
-/// A quaternion of length one; `None` for one without a direction.
-pub(crate) fn normalized(quaternion: [f32; 4]) -> Option<[f32; 4]> {
-    // In double precision, the length of a finite quaternion is finite.
-    let quaternion = quaternion.map(f64::from);
-    let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-    (length.is_finite() && length > 0.0).then(|| quaternion.map(|q| (q / length) as f32))
-}
-
-impl<'a> Hierarchy<'a> {
-    pub(crate) fn read(document: &'a Document, notes: &mut Notes) -> Result<Self, Problem> {
+impl Hierarchy {
+    pub(crate) fn read(document: &Document, notes: &mut Notes) -> Result<Self, Problem> {
         let nodes = &document.root.nodes;
         let mut parents = vec![NONE; nodes.len()];
         for (index, node) in nodes.iter().enumerate() {
@@ -112,7 +47,7 @@ impl<'a> Hierarchy<'a> {
             }
             in_scene[root] = true;
         }
-        let mut hierarchy = Self { document, order, parents, in_scene };
+        let mut hierarchy = Self { order, parents, in_scene };
         let roots = std::mem::take(&mut hierarchy.in_scene);
         hierarchy.in_scene = hierarchy.spread_down(roots);
         Ok(hierarchy)
@@ -129,11 +64,6 @@ impl<'a> Hierarchy<'a> {
 
     pub(crate) fn parent(&self, node: usize) -> Option<usize> {
         Some(self.parents[node]).filter(|&parent| parent != NONE).map(|parent| parent as usize)
-    }
-
-    /// The transform of a node relative to its parent.
-    pub(crate) fn local(&self, node: usize) -> Local {
-        local(&self.document.root.nodes[node])
     }
 
     /// For every node, whether it or any of its ancestors is among `roots`.
@@ -193,7 +123,7 @@ fn scene_roots(document: &Document, parents: &[u32]) -> Result<Vec<usize>, Probl
     scene.nodes.iter().map(|&node| document.get(node, "node", &item).map(|_| node.value())).collect()
 }
 
-/// Refuses a placement that is not finite, and notes what [`local`] leaves out.
+/// Refuses a placement that is not finite, and notes what [`Local::of`] leaves out.
 fn check_placement(node: &Node, item: impl Fn() -> Item, notes: &mut Notes) -> Result<(), Problem> {
     let matrix = node.matrix.iter().flat_map(|matrix| matrix.iter());
     let vectors = node.translation.iter().chain(&node.scale).flat_map(|vector| vector.iter());
@@ -208,16 +138,4 @@ fn check_placement(node: &Node, item: impl Fn() -> Item, notes: &mut Notes) -> R
         notes.add(|| format!("{}: its rotation is zero, and is ignored", item()));
     }
     Ok(())
-}
-
-fn local(node: &Node) -> Local {
-    if let Some(m) = &node.matrix {
-        let column = |i: usize| [m[4 * i], m[4 * i + 1], m[4 * i + 2]];
-        return Local::Matrix(Affine::from_columns(column(0), column(1), column(2), column(3)));
-    }
-    Local::Trs(Trs {
-        translation: node.translation.as_deref().copied().unwrap_or([0.0; 3]),
-        rotation: node.rotation.as_deref().and_then(|&rotation| normalized(rotation)).unwrap_or(IDENTITY_ROTATION),
-        scale: node.scale.as_deref().copied().unwrap_or([1.0; 3]),
-    })
 }

@@ -1,103 +1,182 @@
-//! Moves a scene as an animation says, and deforms meshes that have a skin or morph targets.
+//! Plays the animations of a file in a scene.
+
+use std::sync::Arc;
 
 use kinetree::{Affine, EditError, InstanceId, MeshId, NodeId, Pose, Scene};
-use kinetree_world::Animation;
 
-use crate::clip::Channels;
-use crate::keys::Keys;
-use crate::nodes::Trs;
-use crate::skeleton::{Bones, Skin};
+use crate::clip::{Clip, ClipInfo, PlayError, Playing};
+use crate::rig::{DeformedMesh, Rig};
+use crate::skeleton::SkeletonPose;
+use crate::skin::JointMatrices;
 
-/// Plays animations, over and over.
-pub(crate) struct Player {
-    /// Seconds.
-    pub(crate) duration: f64,
-    pub(crate) nodes: Vec<AnimatedNode>,
-    pub(crate) bones: Bones,
-    pub(crate) skins: Vec<Skin>,
-    pub(crate) deformed: Vec<DeformedMesh>,
+/// Plays the animations of one copy of a file in a scene, each over and over.
+///
+/// What it records depends on the animation and the time only, not on what was played before. Nodes
+/// that the animation does not move are at rest.
+///
+/// It owns the transforms of animated nodes and the poses of deformed meshes, and edits only those
+/// that change: what the caller does to them lasts until then. Skins follow the animation, not
+/// nodes that the caller moves.
+pub struct Player {
+    rig: Arc<Rig>,
+    /// As the animated nodes of the rig.
+    nodes: Vec<NodeState>,
+    skeleton: SkeletonPose,
+    /// As the skins of the rig.
+    skins: Vec<JointMatrices>,
+    /// As the deformed meshes of the rig.
+    deformed: Vec<MeshState>,
 }
 
-/// A node that the animation moves.
-pub(crate) struct AnimatedNode {
-    /// In the scene, unless it only serves as a joint.
-    pub(crate) id: Option<NodeId>,
-    pub(crate) bone: Option<usize>,
-    pub(crate) rest: Trs,
-    pub(crate) channels: Channels,
-    /// Where it was placed last; `None` before the first time.
-    pub(crate) placed: Option<Affine>,
+/// An animated node in the scene.
+struct NodeState {
+    /// `None` for a joint that is not in the scene.
+    id: Option<NodeId>,
+    /// Its transform as it was set last; `None` before the first time.
+    local: Option<Affine>,
 }
 
-/// A mesh that a skin or morph targets deform.
-pub(crate) struct DeformedMesh {
-    pub(crate) mesh: MeshId,
-    pub(crate) skinned: Option<Skinned>,
-    /// Of its morph targets, now.
-    pub(crate) weights: Vec<f32>,
-    pub(crate) keys: Option<Keys>,
-    /// The version of the skin that it was posed with last; `None` before the first pose.
-    pub(crate) posed_with: Option<u64>,
-}
-
-/// How joints deform a mesh.
-pub(crate) struct Skinned {
-    /// Among the player's skins.
-    pub(crate) skin: usize,
-    /// The node of the mesh. Its determinant decides which side of the triangles is the front, and
-    /// nothing else about it counts (glTF 2.0 specification, section 3.7.4).
-    pub(crate) node_bone: usize,
-    /// Where the mesh stands. While the node mirrors, the mesh is posed in a mirrored space, which
-    /// the placement of its instances mirrors back: it looks the same, and its fronts are where the
-    /// node wants them.
-    pub(crate) instances: Vec<InstanceId>,
+/// A deformed mesh in the scene.
+struct MeshState {
+    id: MeshId,
+    /// While the node of a skinned mesh mirrors, the mesh is posed in a mirrored space, which the
+    /// placement of its instances mirrors back: it looks the same, and its fronts are on the other
+    /// side.
+    instances: Vec<InstanceId>,
     /// Whether the instances are mirrored.
-    pub(crate) is_mirrored: bool,
+    is_mirrored: bool,
+    /// Of its morph targets, now.
+    weights: Vec<f32>,
+    /// The version of the joint matrices that it was posed with last, 0 without a skin; `None` if
+    /// the scene does not have the present pose.
+    posed_with: Option<u64>,
 }
 
 /// Its own inverse.
 const MIRROR: Affine = Affine::from_columns([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]);
 
-impl AnimatedNode {
-    fn local(&self, seconds: f64) -> Affine {
-        let Channels { translation, rotation, scale } = &self.channels;
-        let trs = Trs {
-            translation: translation.as_ref().map_or(self.rest.translation, |keys| keys.vector(seconds)),
-            rotation: rotation.as_ref().map_or(self.rest.rotation, |keys| keys.rotation(seconds)),
-            scale: scale.as_ref().map_or(self.rest.scale, |keys| keys.vector(seconds)),
+impl Player {
+    /// A player for what has been inserted: `node` gives the nodes of the file in the scene, `meshes`
+    /// has the meshes of the asset, and `instances` those of each mesh.
+    pub(crate) fn new(
+        rig: &Arc<Rig>,
+        node: impl Fn(usize) -> Option<NodeId>,
+        meshes: &[MeshId],
+        mut instances: impl FnMut(usize) -> Vec<InstanceId>,
+    ) -> Self {
+        let mesh_state = |deformed: &DeformedMesh| MeshState {
+            id: meshes[deformed.mesh],
+            instances: if deformed.skinned.is_some() { instances(deformed.mesh) } else { Vec::new() },
+            is_mirrored: false,
+            weights: deformed.rest_weights.clone(),
+            posed_with: None,
         };
-        trs.affine()
+        Self {
+            rig: Arc::clone(rig),
+            nodes: rig.nodes.iter().map(|animated| NodeState { id: node(animated.node), local: None }).collect(),
+            skeleton: SkeletonPose::at_rest(&rig.skeleton),
+            skins: rig.skins.iter().map(JointMatrices::new).collect(),
+            deformed: rig.deformed.iter().map(mesh_state).collect(),
+        }
+    }
+
+    /// All animations of the file, in its order.
+    pub fn clips(&self) -> &[ClipInfo] {
+        &self.rig.clips.all
+    }
+
+    /// How long an animation takes, seconds; 0 if it moves nothing.
+    ///
+    /// # Errors
+    /// An animation that the file does not have, or that was not read.
+    pub fn duration(&self, clip: &Clip) -> Result<f64, PlayError> {
+        Ok(self.duration_of(self.rig.clips.playing(clip)?))
+    }
+
+    /// Records the edits that bring the scene to a time of an animation, in seconds, which begins
+    /// again after its duration.
+    ///
+    /// # Errors
+    /// An animation that the file does not have, or that was not read; an edit that the scene
+    /// refused, such as one of a node that has been removed: what was edited before stays edited.
+    pub fn go_to(&mut self, scene: &mut Scene, clip: &Clip, seconds: f64) -> Result<(), PlayError> {
+        let playing = self.rig.clips.playing(clip)?;
+        Ok(self.play(scene, playing, seconds)?)
+    }
+
+    /// Records the edits that bring everything back to where it is without an animation.
+    ///
+    /// # Errors
+    /// An edit that the scene refused: what was edited before stays edited.
+    pub fn rest(&mut self, scene: &mut Scene) -> Result<(), EditError> {
+        self.play(scene, Playing::Nothing, 0.0)
+    }
+
+    /// Whether nothing ever changes once it has been posed.
+    pub(crate) fn is_still(&self) -> bool {
+        let moves = |index: usize| self.nodes[index].id.is_some() || self.rig.nodes[index].bone.is_some();
+        self.deformed.is_empty() && !(0..self.nodes.len()).any(moves)
+    }
+
+    pub(crate) fn duration_of(&self, playing: Playing) -> f64 {
+        self.rig.clips.duration(playing)
+    }
+
+    pub(crate) fn play(&mut self, scene: &mut Scene, playing: Playing, seconds: f64) -> Result<(), EditError> {
+        let rig = &*self.rig;
+        let seconds = time_in_clip(seconds, rig.clips.duration(playing));
+        for (state, animated) in self.nodes.iter_mut().zip(&rig.nodes) {
+            let local = animated.local(&rig.clips, playing, seconds);
+            if state.local == Some(local) {
+                continue;
+            }
+            if let Some(id) = state.id {
+                scene.place(id, local)?;
+            }
+            if let Some(bone) = animated.bone {
+                self.skeleton.set_local(bone, local);
+            }
+            state.local = Some(local);
+        }
+        if self.skeleton.update(&rig.skeleton) {
+            self.skins.iter_mut().zip(&rig.skins).for_each(|(matrices, skin)| matrices.update(skin, &self.skeleton));
+        }
+        let mut weights = Vec::new();
+        for (state, deformed) in self.deformed.iter_mut().zip(&rig.deformed) {
+            deformed.weights(&rig.clips, playing, seconds, &mut weights);
+            if weights != state.weights {
+                std::mem::swap(&mut weights, &mut state.weights);
+                state.posed_with = None;
+            }
+            state.pose(scene, deformed, &self.skeleton, &self.skins)?;
+        }
+        Ok(())
     }
 }
 
-impl DeformedMesh {
-    /// Takes up the weights of a time, and says whether they are others than before.
-    fn reweigh(&mut self, seconds: f64, scratch: &mut Vec<f32>) -> bool {
-        let Some(keys) = &self.keys else { return false };
-        scratch.clear();
-        scratch.resize(self.weights.len(), 0.0);
-        keys.sample(seconds, scratch);
-        let changed = *scratch != self.weights;
-        std::mem::swap(scratch, &mut self.weights);
-        changed
-    }
-
-    /// Gives the scene its pose, if it is another than before.
-    fn pose(&mut self, scene: &mut Scene, bones: &Bones, skins: &[Skin]) -> Result<(), EditError> {
-        let mirrored = self.skinned.as_ref().is_some_and(|skinned| bones.is_mirrored(skinned.node_bone));
-        if let Some(skinned) = self.skinned.as_mut().filter(|skinned| skinned.is_mirrored != mirrored) {
+impl MeshState {
+    /// Gives the scene the pose of the mesh, if it does not have it.
+    fn pose(
+        &mut self,
+        scene: &mut Scene,
+        deformed: &DeformedMesh,
+        skeleton: &SkeletonPose,
+        skins: &[JointMatrices],
+    ) -> Result<(), EditError> {
+        let mirrored = deformed.skinned.is_some_and(|skinned| skeleton.is_mirrored(skinned.node_bone));
+        if self.is_mirrored != mirrored {
             self.posed_with = None;
-            for &instance in &skinned.instances {
+            for &instance in &self.instances {
                 scene.place(instance, if mirrored { MIRROR } else { Affine::IDENTITY })?;
             }
-            skinned.is_mirrored = mirrored;
+            self.is_mirrored = mirrored;
         }
-        let skin = self.skinned.as_ref().map(|skinned| &skins[skinned.skin]);
-        let version = skin.map_or(0, Skin::version);
+        let skin = deformed.skinned.map(|skinned| &skins[skinned.skin]);
+        let version = skin.map_or(0, |skin| skin.version);
         if self.posed_with == Some(version) {
             return Ok(());
         }
-        let matrices = skin.map_or(&[][..], Skin::matrices);
+        let matrices = skin.map_or(&[][..], |skin| &skin.matrices);
         let reflected: Vec<Affine>;
         let joints = if mirrored {
             reflected = matrices.iter().map(|&matrix| MIRROR * matrix).collect();
@@ -105,52 +184,28 @@ impl DeformedMesh {
         } else {
             matrices
         };
-        scene.pose(self.mesh, &Pose { weights: &self.weights, joints })?;
+        scene.pose(self.id, &Pose { weights: &self.weights, joints })?;
         self.posed_with = Some(version);
         Ok(())
     }
 }
 
-impl Animation for Player {
-    fn go_to(&mut self, scene: &mut Scene, seconds: f64) -> Result<(), EditError> {
-        let seconds = moment(seconds, self.duration);
-        for node in &mut self.nodes {
-            let local = node.local(seconds);
-            if node.placed == Some(local) {
-                continue;
-            }
-            if let Some(id) = node.id {
-                scene.place(id, local)?;
-            }
-            if let Some(bone) = node.bone {
-                self.bones.set_local(bone, local);
-            }
-            node.placed = Some(local);
-        }
-        if self.bones.update() {
-            self.skins.iter_mut().for_each(|skin| skin.update(&self.bones));
-        }
-        let mut scratch = Vec::new();
-        for mesh in &mut self.deformed {
-            if mesh.reweigh(seconds, &mut scratch) {
-                // Until the scene has taken the pose.
-                mesh.posed_with = None;
-            }
-            mesh.pose(scene, &self.bones, &self.skins)?;
-        }
-        Ok(())
-    }
-
-    fn duration(&self) -> f64 {
-        self.duration
+/// In short: what it has to move.
+impl std::fmt::Debug for Player {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Player")
+            .field("clips", &self.rig.clips.all.len())
+            .field("nodes", &self.nodes.len())
+            .field("deformed", &self.deformed.len())
+            .finish_non_exhaustive()
     }
 }
 
 /// Where a time falls in an animation that is repeated. What ends a round belongs to it, so that
-/// the last pose is shown: after 0, the round is `0 < moment <= duration`.
-fn moment(seconds: f64, duration: f64) -> f64 {
+/// the last pose is shown: after 0, the round is `0 < time <= duration`.
+fn time_in_clip(seconds: f64, duration: f64) -> f64 {
     let into = seconds.rem_euclid(duration);
-    // Not positive, or not finite: nothing moves, or nobody knows where.
+    // Without a duration nothing moves; a time that is not finite counts as the first.
     if !into.is_finite() || duration <= 0.0 {
         return 0.0;
     }
@@ -160,7 +215,7 @@ fn moment(seconds: f64, duration: f64) -> f64 {
     if seconds > 0.5 * duration && into <= rounding { duration } else { into }
 }
 
-/// As a share of the duration: less than anybody sees.
+/// As a share of the duration: too short to be seen.
 const LONGEST_ROUNDING: f64 = 1e-4;
 
 #[cfg(test)]
@@ -181,7 +236,7 @@ mod tests {
             (f64::NAN, 1.0, 0.0),
             (f64::INFINITY, 1.0, 0.0),
         ] {
-            assert_eq!(moment(seconds, duration), wanted, "{seconds} of {duration}");
+            assert_eq!(time_in_clip(seconds, duration), wanted, "{seconds} of {duration}");
         }
     }
 
@@ -192,10 +247,10 @@ mod tests {
                 let exact = f64::from(frames) / rate;
                 let duration = f64::from(exact as f32);
                 for round in [1.0, 2.0, 7.0] {
-                    let wanted = moment(round * exact, duration);
+                    let wanted = time_in_clip(round * exact, duration);
                     assert!((wanted - duration).abs() < 1e-6 * duration, "{frames} frames at {rate}, round {round}");
                 }
-                assert!((moment(exact + 0.5 / rate, duration) - 0.5 / rate).abs() < 1e-4);
+                assert!((time_in_clip(exact + 0.5 / rate, duration) - 0.5 / rate).abs() < 1e-4);
             }
         }
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
-use kinetree_gltf::{Loaded, Options, load_with};
+use kinetree_gltf::{LoadedWorld, Options, load_with};
 
 /// The system's allocator, counted. What grows is allocated anew, copied and freed, as it may be in
 /// the worst case.
@@ -36,7 +36,7 @@ unsafe impl GlobalAlloc for Counting {
 }
 
 /// Loads a file; also the most bytes that this took at a time, and the bytes that are still held.
-fn counted(path: &Path, options: &Options) -> (Result<Loaded, String>, usize, usize) {
+fn counted(path: &Path, options: &Options) -> (Result<LoadedWorld, String>, usize, usize) {
     let before = NOW.load(Relaxed);
     MOST.store(before, Relaxed);
     let loaded = load_with(path, options).map_err(|error| error.to_string());

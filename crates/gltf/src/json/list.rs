@@ -30,10 +30,6 @@ impl<T> List<T> {
         self.chunks.last().map_or(0, |last| (self.chunks.len() - 1) * CHUNK + last.len())
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.chunks.is_empty()
-    }
-
     pub(crate) fn get(&self, index: usize) -> Option<&T> {
         self.chunks.get(index / CHUNK)?.get(index % CHUNK)
     }
@@ -101,7 +97,7 @@ mod tests {
         for count in [0, 1, CHUNK - 1, CHUNK, CHUNK + 1, 3 * CHUNK, 3 * CHUNK + 7] {
             let mut list = List::default();
             (0..count).for_each(|i| list.push(i));
-            assert_eq!((list.len(), list.is_empty()), (count, count == 0));
+            assert_eq!(list.len(), count);
             assert!(list.iter().copied().eq(0..count));
             assert!((0..count).all(|i| list.get(i) == Some(&i) && list[i] == i));
             assert_eq!(list.get(count), None);

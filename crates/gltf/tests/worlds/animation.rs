@@ -1,13 +1,13 @@
 //! Nodes that move.
 
 use kinetree::{Motion, Scene};
-use kinetree_gltf::Loaded;
+use kinetree_gltf::LoadedWorld;
 use serde_json::json;
 
 use crate::writer::{TRIANGLE, Writer, assert_near, frame, places};
 
 /// Where the origin of the first instance is.
-fn origin(loaded: &mut Loaded, seconds: f64) -> [f32; 3] {
+fn origin(loaded: &mut LoadedWorld, seconds: f64) -> [f32; 3] {
     frame(loaded, seconds).instance_at(0).world_from_object().translation
 }
 

@@ -77,7 +77,7 @@ fn an_extension_that_hides_the_geometry_is_refused_and_a_harmless_one_is_noted()
 }
 
 #[test]
-fn a_clip_is_chosen_by_place_or_by_name() {
+fn a_clip_is_chosen_by_index_or_by_name() {
     let mut writer = triangle();
     let [short, long] = [[0.0, 1.0], [0.0, 2.0]].map(|times| writer.floats("SCALAR", &times));
     let output = writer.vec3(&[[0.0; 3], [1.0; 3]]);
@@ -87,7 +87,9 @@ fn a_clip_is_chosen_by_place_or_by_name() {
     };
     let writer = writer.with(json!({ "animations": [clip("walk", short), clip("run", long)] }));
     let duration = |clip| {
-        writer.load_with(&Options { clip, ..Options::default() }).map(|loaded| loaded.world.animation.duration())
+        writer
+            .load_with(&Options { clip: Some(clip), ..Options::default() })
+            .map(|loaded| loaded.world.animation.duration())
     };
     assert_eq!(duration(Clip::default()).ok(), Some(1.0));
     assert_eq!(duration(Clip::Index(1)).ok(), Some(2.0));
@@ -96,6 +98,6 @@ fn a_clip_is_chosen_by_place_or_by_name() {
         let text = duration(missing).err().map(|error| error.to_string()).unwrap_or_default();
         assert!(text.contains("has no animation") && text.ends_with("it has 2: 0 \"walk\", 1 \"run\""), "{text}");
     }
-    assert!(triangle().load_with(&Options { clip: Clip::Index(1), ..Options::default() }).is_err());
+    assert!(triangle().load_with(&Options { clip: Some(Clip::Index(1)), ..Options::default() }).is_err());
     assert_eq!(triangle().good().world.animation.duration(), 0.0);
 }

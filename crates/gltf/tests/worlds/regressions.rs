@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use kinetree::{Cull, Ray, Snapshot};
-use kinetree_gltf::{Clip, Loaded, Options};
+use kinetree_gltf::{Clip, LoadedWorld, Options};
 use kinetree_render::{Settings, render};
 use kinetree_world::{Camera, Light};
 use serde_json::{Value, json};
@@ -131,7 +131,7 @@ fn a_node_that_turns_into_its_mirror_image_turns_the_front_of_its_skinned_mesh()
 }
 
 /// The mean radiance of a white place under a sun that shines along -z with an irradiance of pi.
-fn radiance(loaded: &mut Loaded, seconds: f64, at: [f32; 3]) -> f32 {
+fn radiance(loaded: &mut LoadedWorld, seconds: f64, at: [f32; 3]) -> f32 {
     let sun = Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3], angle: 0.0 };
     let mut frame = loaded.world.frame(seconds).expect("a frame");
     frame.lights = vec![sun];
@@ -267,7 +267,7 @@ fn animations_of_different_things_play_together_and_are_named() {
         (Clip::Name("rightAction".into()), [[-5.0, 0.0, 0.0], [5.0, 4.0, 0.0]], 1),
         (Clip::Name("push".into()), [[1.125, 0.0, 0.0], [5.0, 0.0, 0.0]], 2),
     ] {
-        let (found, played, loaded) = at(&Options { clip, ..Options::default() }, 0.5);
+        let (found, played, loaded) = at(&Options { clip: Some(clip), ..Options::default() }, 0.5);
         assert_near(&found, &places, "one alone");
         assert!((0..3).all(|i| played[i] == (i == chosen)), "{played:?}");
         assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use kinetree::Snapshot;
-use kinetree_gltf::{LoadError, Loaded, Options};
+use kinetree_gltf::{LoadError, LoadedWorld, Options};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -144,17 +144,17 @@ impl Writer {
         self.text(Some(uri))
     }
 
-    pub(crate) fn load(&self) -> Result<Loaded, LoadError> {
+    pub(crate) fn load(&self) -> Result<LoadedWorld, LoadError> {
         load_bytes(&self.glb())
     }
 
-    pub(crate) fn load_with(&self, options: &Options) -> Result<Loaded, LoadError> {
+    pub(crate) fn load_with(&self, options: &Options) -> Result<LoadedWorld, LoadError> {
         let folder = TempFolder::new();
         kinetree_gltf::load_with(&folder.write("scene.glb", &self.glb()), options)
     }
 
     /// Loads the file, which is expected to be good.
-    pub(crate) fn good(&self) -> Loaded {
+    pub(crate) fn good(&self) -> LoadedWorld {
         self.load().unwrap_or_else(|error| panic!("{error}"))
     }
 
@@ -174,7 +174,7 @@ impl Writer {
 
 pub(crate) const TRIANGLE: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-pub(crate) fn load_bytes(bytes: &[u8]) -> Result<Loaded, LoadError> {
+pub(crate) fn load_bytes(bytes: &[u8]) -> Result<LoadedWorld, LoadError> {
     let folder = TempFolder::new();
     kinetree_gltf::load(&folder.write("scene.glb", bytes))
 }
@@ -196,7 +196,7 @@ impl TempFolder {
 }
 
 /// The scene at a time; everything that is in it is sound.
-pub(crate) fn frame(loaded: &mut Loaded, seconds: f64) -> Snapshot {
+pub(crate) fn frame(loaded: &mut LoadedWorld, seconds: f64) -> Snapshot {
     let frame = loaded.world.frame(seconds).unwrap_or_else(|error| panic!("at {seconds}: {error}"));
     for instance in frame.view.instances() {
         instance.bvh().validate().unwrap_or_else(|violation| panic!("at {seconds}: {violation}"));

@@ -1,0 +1,158 @@
+//! A file that has been read, apart from any scene.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use kinetree::{Motion, NodeId, Scene};
+use kinetree_world::MaterialSet;
+
+use crate::accessor::Accessors;
+use crate::assemble::{Contents, Input, assemble};
+use crate::budget::Budget;
+use crate::channels::Animations;
+use crate::clip::{Clip, ClipInfo, Clips, Playing};
+use crate::container::Container;
+use crate::document::Document;
+use crate::error::{LoadError, Problem};
+use crate::image::Textures;
+use crate::insert::{NodeSelection, insert};
+use crate::json::{self, List};
+use crate::loaded::Loaded;
+use crate::material::Materials;
+use crate::mesh::Meshes;
+use crate::nodes::Hierarchy;
+use crate::notes::Notes;
+use crate::source::Source;
+
+/// What to read from a file, and how much.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Options {
+    /// The animations that are read; others cannot be played. Without a choice, all of them.
+    pub clip: Option<Clip>,
+    /// The motion of meshes that no animation moves: [`Motion::Static`], or [`Motion::Rigid`] if the
+    /// caller is going to move them.
+    pub motion: Motion,
+    /// How much memory the texels of all textures may take, bytes: four for every pixel. Images
+    /// beyond that are left out, with a note.
+    pub max_texture_bytes: u64,
+}
+
+impl Default for Options {
+    /// All animations, meshes that stand still, and 4 GiB of textures.
+    fn default() -> Self {
+        Self { clip: None, motion: Motion::Static, max_texture_bytes: 4 << 30 }
+    }
+}
+
+/// A glTF file that has been read and checked, and belongs to no scene.
+///
+/// It can be inserted into scenes as often as needed: all copies share the geometry of their meshes
+/// and the trees of their rest poses.
+pub struct Asset {
+    file: PathBuf,
+    pub(crate) nodes: List<json::Node>,
+    pub(crate) hierarchy: Hierarchy,
+    pub(crate) contents: Contents,
+    notes: Arc<[String]>,
+    files: Vec<PathBuf>,
+}
+
+// An asset is read on any thread, and shared between threads.
+const _: () = {
+    const fn is_send_and_sync<T: Send + Sync>() {}
+    is_send_and_sync::<Asset>();
+};
+
+/// Reads a file, on any thread, without a scene.
+///
+/// # Errors
+/// A file that cannot be read, is broken, refers to something that is not there, or asks for too
+/// much memory; an animation of [`Options::clip`] that is not there.
+pub fn read<'a>(source: impl Into<Source<'a>>, options: &Options) -> Result<Asset, LoadError> {
+    let source = source.into();
+    Asset::read(&source, options).map_err(|problem| LoadError::new(source.name(), problem))
+}
+
+impl Asset {
+    fn read(source: &Source<'_>, options: &Options) -> Result<Self, Problem> {
+        let mut notes = Notes::default();
+        let container = Container::open(source)?;
+        let mut document = Document::parse(&container.json, &mut notes)?;
+        let buffers = container.buffers(&document.root.buffers)?;
+        let budget = Budget::for_bytes(container.size(&buffers));
+        let accessors = Accessors::new(&document, &buffers, &budget);
+        let hierarchy = Hierarchy::read(&document, &mut notes)?;
+        let mut clips = Clips::choose(&document, options.clip.as_ref(), &mut notes)?;
+        let animations = Animations::read(&document, &accessors, &mut clips, &mut notes)?;
+        let textures = Textures::new(&document, &container, &accessors, options.max_texture_bytes);
+        let materials = Materials::new(&document, textures);
+        let meshes = Meshes { document: &document, accessors: &accessors, budget: &budget };
+        let (document_read, unanimated) = (&document, options.motion);
+        let input = Input { document: document_read, hierarchy: &hierarchy, clips, animations, meshes, unanimated };
+        let contents = assemble(input, materials, &mut notes)?;
+        Ok(Self {
+            file: source.name().to_path_buf(),
+            nodes: std::mem::take(&mut document.root.nodes),
+            hierarchy,
+            contents,
+            notes: notes.into_lines().into(),
+            files: container.files_read(),
+        })
+    }
+
+    /// Inserts the contents of the file below a node of a scene, at rest, with all nodes of the
+    /// file. What it adds has no user ids and masks of its own: those of `parent` hold for it.
+    ///
+    /// # Errors
+    /// A parent that is stale or of another scene; what the library refuses, such as joints whose
+    /// transforms overflow. The scene is as it was before.
+    pub fn load_into(&self, scene: &mut Scene, parent: NodeId) -> Result<Loaded, LoadError> {
+        let inserted = insert(self, scene, parent, NodeSelection::All, Playing::Nothing);
+        inserted.map_err(|problem| self.error(problem))
+    }
+
+    /// What was ignored or repaired, one line each; a long list ends with how many lines were left out.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// All animations of the file, in its order.
+    pub fn clips(&self) -> &[ClipInfo] {
+        &self.contents.rig.clips.all
+    }
+
+    /// The files that were read besides: buffers and images.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// The materials and textures of the meshes that are shown, and which triangles have which.
+    pub fn material_set(&self) -> &Arc<MaterialSet> {
+        &self.contents.material_set
+    }
+
+    pub(crate) fn shared_notes(&self) -> &Arc<[String]> {
+        &self.notes
+    }
+
+    pub(crate) fn error(&self, problem: Problem) -> LoadError {
+        LoadError::new(&self.file, problem)
+    }
+
+    /// The path of the file, or the name of the bytes.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+}
+
+/// In short: how much there is of it.
+impl std::fmt::Debug for Asset {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Asset")
+            .field("file", &self.file)
+            .field("nodes", &self.nodes.len())
+            .field("meshes", &self.contents.meshes.len())
+            .field("instances", &self.contents.instances.len())
+            .finish_non_exhaustive()
+    }
+}

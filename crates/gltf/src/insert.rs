@@ -1,0 +1,193 @@
+//! From an asset to a scene: all of it, or nothing.
+
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
+use kinetree::{Affine, EditError, InstanceId, NodeId, Scene};
+use kinetree_world::{CameraSource, LightSource};
+
+use crate::asset::Asset;
+use crate::clip::Playing;
+use crate::error::{Item, Problem};
+use crate::loaded::{Loaded, LoadedInstance, LoadedMesh, LoadedNode, LoadedSkin};
+use crate::player::Player;
+use crate::transform::Local;
+
+/// Which nodes of the file become nodes of the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NodeSelection {
+    /// Every node, so that each can be found, moved, and given children.
+    All,
+    /// Those without which something would stand in another place.
+    Needed,
+}
+
+/// What has been added to a scene, in the order in which it was added.
+pub(crate) struct Inserted {
+    /// The parent of the root nodes of the file.
+    pub(crate) root: NodeId,
+    pub(crate) nodes: Vec<LoadedNode>,
+    pub(crate) meshes: Vec<LoadedMesh>,
+    pub(crate) instances: Vec<LoadedInstance>,
+}
+
+impl Inserted {
+    /// Takes everything out again, last things first, so that the scene gives out its slots in the
+    /// same order as before. What the caller has removed already is passed over, and so are meshes
+    /// of which the caller has instances elsewhere.
+    pub(crate) fn remove(&self, scene: &mut Scene) {
+        for instance in self.instances.iter().rev() {
+            let _ = scene.remove_instance(instance.id);
+        }
+        for node in self.nodes.iter().rev() {
+            let _ = scene.remove_node(node.id);
+        }
+        let _ = scene.remove_node(self.root);
+        for mesh in self.meshes.iter().rev() {
+            let _ = scene.remove_mesh(mesh.id);
+        }
+    }
+}
+
+/// Inserts an asset below a node, and brings it to the first moment of what is played. After an
+/// error, the scene is as it was.
+pub(crate) fn insert(
+    asset: &Asset,
+    scene: &mut Scene,
+    parent: NodeId,
+    selection: NodeSelection,
+    playing: Playing,
+) -> Result<Loaded, Problem> {
+    let root = scene.add_node(parent, Affine::IDENTITY).map_err(Problem::Parent)?;
+    let contents = &asset.contents;
+    let inserted = Inserted {
+        root,
+        nodes: Vec::new(),
+        meshes: Vec::with_capacity(contents.meshes.len()),
+        instances: Vec::with_capacity(contents.instances.len()),
+    };
+    let mut insertion = Insertion { asset, scene, inserted, ids: vec![None; asset.nodes.len()] };
+    match insertion.run(selection, playing) {
+        Ok(player) => Ok(insertion.finish(player)),
+        Err(problem) => {
+            insertion.inserted.remove(insertion.scene);
+            Err(problem)
+        }
+    }
+}
+
+struct Insertion<'a> {
+    asset: &'a Asset,
+    scene: &'a mut Scene,
+    inserted: Inserted,
+    /// From a node of the file to that of the scene.
+    ids: Vec<Option<NodeId>>,
+}
+
+impl Insertion<'_> {
+    fn run(&mut self, selection: NodeSelection, playing: Playing) -> Result<Player, Problem> {
+        self.add_nodes(selection)?;
+        self.add_meshes()?;
+        self.add_instances()?;
+        let meshes: Vec<_> = self.inserted.meshes.iter().map(|mesh| mesh.id).collect();
+        let mut of_skinned: HashMap<u32, Vec<InstanceId>> = HashMap::new();
+        let contents = &self.asset.contents;
+        for (source, instance) in contents.instances.iter().zip(&self.inserted.instances) {
+            if contents.meshes[source.mesh as usize].is_skinned {
+                of_skinned.entry(source.mesh).or_default().push(instance.id);
+            }
+        }
+        let instances_of = |mesh: usize| of_skinned.remove(&(mesh as u32)).unwrap_or_default();
+        let rig = &self.asset.contents.rig;
+        let mut player = Player::new(rig, |node| self.ids[node], &meshes, instances_of);
+        let first = player.play(self.scene, playing, 0.0);
+        first.map_err(refused(|| Item::new("the first moment of animation", 0)))?;
+        Ok(player)
+    }
+
+    fn add_nodes(&mut self, selection: NodeSelection) -> Result<(), Problem> {
+        let hierarchy = &self.asset.hierarchy;
+        let is_added = |&node: &usize| match selection {
+            NodeSelection::All => hierarchy.in_scene[node],
+            NodeSelection::Needed => self.asset.contents.is_needed[node],
+        };
+        for index in hierarchy.parents_first().filter(is_added) {
+            let node = &self.asset.nodes[index];
+            let parent = self.parent(index);
+            let id = self.scene.add_node(parent, Local::of(node).affine());
+            let id = id.map_err(refused(|| self.item(index)))?;
+            self.ids[index] = Some(id);
+            self.inserted.nodes.push(LoadedNode { index, name: node.name.as_deref().map(Arc::from), id });
+        }
+        Ok(())
+    }
+
+    fn add_meshes(&mut self) -> Result<(), Problem> {
+        for source in &self.asset.contents.meshes {
+            let item = || Item::named("mesh", source.index, source.name.as_deref());
+            let id = self.scene.add_mesh(source.mesh.clone(), source.motion).map_err(refused(item))?;
+            self.inserted.meshes.push(LoadedMesh { index: source.index, name: source.name.clone(), id });
+        }
+        Ok(())
+    }
+
+    fn add_instances(&mut self) -> Result<(), Problem> {
+        for source in &self.asset.contents.instances {
+            let (index, mesh_source) = (source.node as usize, &self.asset.contents.meshes[source.mesh as usize]);
+            let mesh = self.inserted.meshes[source.mesh as usize].id;
+            // The joints say where a skinned mesh is; the transform of its node does not matter.
+            let (parent, placement) = if mesh_source.is_skinned {
+                (self.inserted.root, source.node_from_instance)
+            } else {
+                match self.ids[index] {
+                    Some(id) => (id, source.node_from_instance),
+                    None => (self.parent(index), Local::of(&self.asset.nodes[index]).affine()),
+                }
+            };
+            let id = self.scene.add_instance(parent, mesh, placement).map_err(refused(|| self.item(index)))?;
+            let surface = mesh_source.surface;
+            self.inserted.instances.push(LoadedInstance { node: index, mesh, surface, id });
+            self.scene.set_opaque(id, mesh_source.is_opaque).map_err(refused(|| self.item(index)))?;
+        }
+        Ok(())
+    }
+
+    /// The parent of a node in the scene.
+    fn parent(&self, node: usize) -> NodeId {
+        self.asset.hierarchy.parent(node).and_then(|parent| self.ids[parent]).unwrap_or(self.inserted.root)
+    }
+
+    fn item(&self, node: usize) -> Item {
+        Item::named("node", node, self.asset.nodes[node].name.as_deref())
+    }
+
+    fn finish(self, player: Player) -> Loaded {
+        let (contents, ids) = (&self.asset.contents, &self.ids);
+        let rig = &contents.rig;
+        let skins = rig.skins.iter().map(|skin| LoadedSkin {
+            index: skin.index,
+            name: skin.name.clone(),
+            joints: skin.joints.iter().map(|&joint| ids[rig.skeleton.node(joint)]).collect(),
+        });
+        let lights = contents.lights.iter().map(|&(node, light)| LightSource { node: ids[node], light });
+        let cameras = contents.cameras.iter().map(|(node, name, camera)| CameraSource {
+            name: name.clone(),
+            node: ids[*node],
+            camera: camera.clone(),
+        });
+        Loaded {
+            skins: skins.collect(),
+            lights: lights.collect(),
+            cameras: cameras.collect(),
+            surfaces: OnceLock::new(),
+            notes: Arc::clone(self.asset.shared_notes()),
+            material_set: Arc::clone(&contents.material_set),
+            inserted: self.inserted,
+            player,
+        }
+    }
+}
+
+fn refused(item: impl FnOnce() -> Item) -> impl FnOnce(EditError) -> Problem {
+    |error| Problem::Refused { item: item(), error }
+}

@@ -1,0 +1,178 @@
+//! A file in a scene: what was inserted, and how to take it out again.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+use kinetree::{EditError, InstanceId, MeshId, NodeId, Scene};
+use kinetree_world::{CameraSource, LightSource, Material, MaterialSet, Surface};
+
+use crate::clip::ClipInfo;
+use crate::insert::Inserted;
+use crate::player::Player;
+
+/// One copy of a file in a scene.
+///
+/// The caller may move, mask and number anything that is listed here, attach things of its own to
+/// the nodes, and remove what it does not need.
+pub struct Loaded {
+    /// Plays the animations of the file.
+    pub player: Player,
+    pub(crate) inserted: Inserted,
+    pub(crate) skins: Vec<LoadedSkin>,
+    pub(crate) lights: Vec<LightSource>,
+    pub(crate) cameras: Vec<CameraSource>,
+    /// As [`LoadedInstance::surface`]; made by the first call that needs it.
+    pub(crate) surfaces: OnceLock<HashMap<InstanceId, u32>>,
+    pub(crate) notes: Arc<[String]>,
+    pub(crate) material_set: Arc<MaterialSet>,
+}
+
+/// A node of the file in the scene.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct LoadedNode {
+    /// In the file.
+    pub index: usize,
+    /// As written in the file; several nodes may share a name.
+    pub name: Option<Arc<str>>,
+    /// In the scene.
+    pub id: NodeId,
+}
+
+/// A mesh of the file in the scene. Nodes that deform a mesh of the file have copies of it.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct LoadedMesh {
+    /// In the file.
+    pub index: usize,
+    /// As written in the file.
+    pub name: Option<Arc<str>>,
+    /// In the scene.
+    pub id: MeshId,
+}
+
+/// An instance of a mesh in the scene.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct LoadedInstance {
+    /// The node in the file that shows the mesh.
+    pub node: usize,
+    /// In the scene.
+    pub mesh: MeshId,
+    /// Index into [`MaterialSet::surfaces`] of [`Loaded::material_set`].
+    pub surface: u32,
+    /// In the scene.
+    pub id: InstanceId,
+}
+
+/// A skin of the file that deforms a mesh of the scene.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct LoadedSkin {
+    /// In the file.
+    pub index: usize,
+    /// As written in the file.
+    pub name: Option<Arc<str>>,
+    /// The joints in the order of the file; `None` for a node of the file that is not in the scene.
+    pub joints: Vec<Option<NodeId>>,
+}
+
+impl Loaded {
+    /// The node that holds everything else, below the parent that the caller named. To move the
+    /// file as a whole, move this node.
+    pub fn root(&self) -> NodeId {
+        self.inserted.root
+    }
+
+    /// The nodes of the file, parents first.
+    pub fn nodes(&self) -> &[LoadedNode] {
+        &self.inserted.nodes
+    }
+
+    /// The first node of a name.
+    pub fn node(&self, name: &str) -> Option<NodeId> {
+        self.nodes().iter().find(|node| node.name.as_deref() == Some(name)).map(|node| node.id)
+    }
+
+    /// The meshes, in the order in which they were added.
+    pub fn meshes(&self) -> &[LoadedMesh] {
+        &self.inserted.meshes
+    }
+
+    /// The instances, in the order in which they were added.
+    pub fn instances(&self) -> &[LoadedInstance] {
+        &self.inserted.instances
+    }
+
+    /// The skins that deform meshes.
+    pub fn skins(&self) -> &[LoadedSkin] {
+        &self.skins
+    }
+
+    /// The lights of the file, which the scene knows nothing of.
+    pub fn lights(&self) -> &[LightSource] {
+        &self.lights
+    }
+
+    /// The cameras of the file, which the scene knows nothing of.
+    pub fn cameras(&self) -> &[CameraSource] {
+        &self.cameras
+    }
+
+    /// All animations of the file, in its order.
+    pub fn clips(&self) -> &[ClipInfo] {
+        self.player.clips()
+    }
+
+    /// What was ignored or repaired while the file was read, one line each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The materials and textures of the file, shared by all its copies.
+    pub fn material_set(&self) -> &Arc<MaterialSet> {
+        &self.material_set
+    }
+
+    /// Which triangles of an instance have which material, with texture coordinates and vertex
+    /// colours; `None` for an instance that is not of this file.
+    pub fn surface(&self, instance: InstanceId) -> Option<&Surface> {
+        let all = || self.instances().iter().map(|instance| (instance.id, instance.surface)).collect();
+        let surface = *self.surfaces.get_or_init(all).get(&instance)?;
+        self.material_set.surfaces.get(surface as usize)
+    }
+
+    /// The material of a triangle of an instance; `None` for an instance that is not of this file.
+    pub fn material(&self, instance: InstanceId, triangle: u32) -> Option<&Material> {
+        let material = self.surface(instance)?.material_of(triangle)?;
+        self.material_set.materials.get(material as usize)
+    }
+
+    /// Takes the file out of the scene, with everything that the caller attached to its nodes. What
+    /// the caller has removed already is passed over, so that a second call does nothing. A mesh
+    /// of which the caller has instances elsewhere stays, and is the caller's from then on.
+    ///
+    /// # Errors
+    /// Another scene than the one that the file is in, which stays as it is.
+    pub fn remove(&self, scene: &mut Scene) -> Result<(), EditError> {
+        if scene.world_from_node(self.root()) == Err(EditError::OtherScene) {
+            return Err(EditError::OtherScene);
+        }
+        self.inserted.remove(scene);
+        Ok(())
+    }
+}
+
+/// In short: how much there is of it.
+impl fmt::Debug for Loaded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Loaded")
+            .field("nodes", &self.nodes().len())
+            .field("meshes", &self.meshes().len())
+            .field("instances", &self.instances().len())
+            .field("skins", &self.skins.len())
+            .field("clips", &self.clips().len())
+            .finish_non_exhaustive()
+    }
+}
