@@ -77,8 +77,11 @@ pub(crate) struct InstanceSource {
     pub(crate) node: u32,
     /// Among the meshes of the contents.
     pub(crate) mesh: u32,
-    pub(crate) node_from_instance: Affine,
+    /// `None` for the identity, as in nearly all files.
+    pub(crate) node_from_instance: Option<Box<Affine>>,
 }
+
+const _: () = assert!(size_of::<InstanceSource>() == 16, "an instance takes more memory than its text can justify");
 
 /// A mesh of the file that is shown.
 pub(crate) struct FileMesh {
@@ -256,13 +259,15 @@ impl Assembly<'_> {
         };
         let placements = match self.input.document.root.nodes[node].instancing() {
             Some(instancing) if !is_skinned => {
-                instancing::placements(instancing, self.input.meshes.accessors, self.input.meshes.budget, &item)?
+                let Meshes { accessors, budget, .. } = self.input.meshes;
+                let placements = instancing::placements(instancing, accessors, budget, &item)?;
+                placements.into_iter().map(|placement| Some(Box::new(placement))).collect()
             }
             Some(_) => {
                 notes.ignored("instancing of a skinned mesh", "it stands where its joints are", Some(&item));
-                vec![Affine::IDENTITY]
+                vec![None]
             }
-            None => vec![Affine::IDENTITY],
+            None => vec![None],
         };
         let instance = |node_from_instance| InstanceSource { node: node as u32, mesh, node_from_instance };
         self.instances.extend(placements.into_iter().map(instance));

@@ -136,13 +136,11 @@ impl Insertion<'_> {
             let (index, mesh_source) = (source.node as usize, &self.asset.contents.meshes[source.mesh as usize]);
             let mesh = self.inserted.meshes[source.mesh as usize].id;
             // The joints say where a skinned mesh is; the transform of its node does not matter.
-            let (parent, placement) = if mesh_source.is_skinned {
-                (self.inserted.root, source.node_from_instance)
-            } else {
-                match self.ids[index] {
-                    Some(id) => (id, source.node_from_instance),
-                    None => (self.parent(index), Local::of(&self.asset.nodes[index]).affine()),
-                }
+            let node_from_instance = source.node_from_instance.as_deref().copied().unwrap_or_default();
+            let (parent, placement) = match self.ids[index] {
+                _ if mesh_source.is_skinned => (self.inserted.root, node_from_instance),
+                Some(id) => (id, node_from_instance),
+                None => (self.parent(index), Local::of(&self.asset.nodes[index]).affine()),
             };
             let id = self.scene.add_instance(parent, mesh, placement).map_err(refused(|| self.item(index)))?;
             let surface = mesh_source.surface;

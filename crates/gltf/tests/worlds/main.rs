@@ -4,6 +4,7 @@ mod animation;
 mod files;
 mod geometry;
 mod hostile;
+mod insertion;
 mod materials;
 mod regressions;
 mod scenes;

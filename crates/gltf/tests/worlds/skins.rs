@@ -8,7 +8,7 @@ use crate::writer::{TRIANGLE, Writer, assert_near, frame, places};
 /// A bar along y from 0 to 2, of three pairs of vertices. Joint 0 is at the origin, joint 1 at (0,
 /// 1, 0); the lower vertices follow the first, the upper ones the second, those between follow
 /// both.
-fn bar() -> Writer {
+pub(crate) fn bar() -> Writer {
     let mut writer = Writer::new();
     let vertices: Vec<[f32; 3]> = [0.0, 1.0, 2.0].iter().flat_map(|&y| [[-0.1, y, 0.0], [0.1, y, 0.0]]).collect();
     let positions = writer.vec3(&vertices);
@@ -160,7 +160,7 @@ fn broken_skins_are_errors() {
 }
 
 /// A triangle that can be lifted along z, and pushed along x.
-fn lifted() -> Writer {
+pub(crate) fn lifted() -> Writer {
     let mut writer = Writer::new();
     let positions = writer.vec3(&TRIANGLE);
     let normals = writer.vec3(&[[0.0, 0.0, 1.0]; 3]);
