@@ -171,7 +171,7 @@ impl Insertion<'_> {
         let cameras = contents.cameras.iter().map(|(node, name, camera)| CameraSource {
             name: name.clone(),
             node: ids[*node],
-            camera: camera.clone(),
+            camera: *camera,
         });
         Loaded {
             skins: skins.collect(),

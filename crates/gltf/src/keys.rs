@@ -58,7 +58,7 @@ impl Keys {
     pub(crate) fn sample(&self, seconds: f64, out: &mut [f32]) {
         match (self.span_at(seconds), self.interpolation) {
             (TimeSpan::At(key), _) | (TimeSpan::Between(key, ..), Interpolation::Step) => {
-                out.copy_from_slice(self.value(key))
+                out.copy_from_slice(self.value(key));
             }
             (TimeSpan::Between(key, s, _), Interpolation::Linear) => {
                 for ((out, a), b) in out.iter_mut().zip(self.value(key)).zip(self.value(key + 1)) {
