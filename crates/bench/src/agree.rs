@@ -1,4 +1,4 @@
-//! Whether engines give the same answers: looked at before any time is believed.
+//! Compares the answers of engines; nothing is timed before its answers are compared.
 
 use std::collections::BTreeMap;
 
@@ -9,35 +9,35 @@ use crate::ray::{Answer, Ray};
 use crate::rays::Question;
 use crate::soup::Soup;
 
-/// Distances may differ by this part of themselves.
+/// Relative difference up to which two distances count as equal.
 const TOLERANCE: f32 = 1e-4;
-/// Weights of corners below this are at an edge, and cosines below it are grazing: there, a test
+/// Barycentric weights below this are at an edge, and cosines below it are grazing: there, a test
 /// that is not watertight may decide either way.
 const EDGE: f64 = 1e-4;
 
-/// Coordinates are rounded by this part of themselves, a few times over.
+/// Relative rounding error of coordinates, for a few roundings.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
-/// How two lists of answers differ.
+/// Counts of how two lists of answers differ.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct AnswerDifferences {
-    /// How many rays were compared.
+    /// The number of rays that were compared.
     pub(crate) rays: usize,
-    /// How many answers differ.
+    /// The number of answers that differ.
     pub(crate) all: usize,
-    /// How many of those are at the edge of a triangle, or grazing it.
+    /// The number of those at the edge of a triangle, or grazing it.
     pub(crate) at_edges: usize,
-    /// The first ray that differs elsewhere, what is right, and what was given.
+    /// The first ray that differs away from edges, the right answer, and the given one.
     pub(crate) first: Option<(usize, Answer, EngineAnswer)>,
 }
 
 impl AnswerDifferences {
-    /// How many have no excuse.
+    /// The number of differences that are neither at an edge nor grazing.
     pub(crate) fn elsewhere(&self) -> usize {
         self.all - self.at_edges
     }
 
-    /// Both together.
+    /// The sums of both.
     pub(crate) fn and(self, more: Self) -> Self {
         Self {
             rays: self.rays + more.rays,
@@ -56,8 +56,8 @@ impl AnswerDifferences {
     }
 }
 
-/// Whether both hit or both miss, at the same distance. Which of several triangles at the same
-/// distance is meant, is nobody's business.
+/// Whether both miss, or both hit at the same distance. Several triangles may lie at that distance;
+/// which of them is named does not matter.
 fn same(one: &Answer, other: &Answer) -> bool {
     match (one.is_hit(), other.is_hit()) {
         (true, true) => (one.t - other.t).abs() <= TOLERANCE * one.t.abs().max(other.t.abs()),
@@ -65,8 +65,8 @@ fn same(one: &Answer, other: &Answer) -> bool {
     }
 }
 
-/// The same hits with their exact distances: what all engines are held against, so that nobody's
-/// rounding is the measure.
+/// The same hits with distances computed exactly, so that no engine is measured against the
+/// rounding of another.
 pub(crate) fn refined(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Vec<Answer> {
     let refine = |(ray, answer): (&Ray, &Answer)| {
         let exact = answer.is_hit().then(|| crossing(ray, &soup.corners(answer.primitive))).flatten();
@@ -75,12 +75,12 @@ pub(crate) fn refined(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Vec<Answ
     rays.iter().zip(answers).map(refine).collect()
 }
 
-/// What an engine gave for a ray.
+/// What an engine answered for a ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum EngineAnswer {
     /// The nearest hit, or none.
     Nearest(Answer),
-    /// Whether there is any.
+    /// Whether there is any hit.
     Occluded(bool),
 }
 
@@ -97,27 +97,29 @@ impl EngineAnswer {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Dispute {
     pub(crate) ray: usize,
-    /// By the engine.
+    /// The answer of the engine.
     pub(crate) given: EngineAnswer,
 }
 
-/// What is expected, against all that an engine gave.
+/// The rays for which an engine's answers differ from the expected ones, in order.
 pub(crate) fn disputes(expected: &[Answer], given: impl IntoIterator<Item = EngineAnswer>) -> Vec<Dispute> {
     let all = given.into_iter().enumerate().map(|(ray, given)| Dispute { ray, given });
     all.filter(|dispute| !dispute.given.agrees(&expected[dispute.ray])).collect()
 }
 
-/// The right answers to disputed rays.
+/// The right answers of disputed rays.
 #[derive(Debug, Default)]
 pub(crate) struct ExactAnswers {
     by_ray: BTreeMap<usize, Answer>,
-    /// Disputed rays that there was no time to look at: of those, the reference is believed.
+    /// Disputed rays for which the budget of triangle tests did not suffice; for these the
+    /// reference counts as right.
     pub(crate) unsettled: usize,
 }
 
 impl ExactAnswers {
-    /// By exact search through all triangles, for as many rays as `triangle_tests` allows of pairs of a ray
-    /// and a triangle, which are used up; spread evenly when that is not enough.
+    /// Searches through all triangles in exact arithmetic. `triangle_tests` is a budget of pairs of
+    /// a ray and a triangle, and is reduced by what is used; when it does not suffice for all rays,
+    /// the rays that are searched are spread evenly.
     pub(crate) fn of(soup: &Soup, rays: &[Ray], mut disputed: Vec<usize>, triangle_tests: &mut usize) -> Self {
         disputed.sort_unstable();
         disputed.dedup();
@@ -131,19 +133,19 @@ impl ExactAnswers {
         Self { by_ray, unsettled: all - count }
     }
 
-    /// How many were looked at.
+    /// The number of rays that were searched for.
     pub(crate) fn settled(&self) -> usize {
         self.by_ray.len()
     }
 
-    /// The rays about which the reference was wrong, and how.
+    /// The rays for which the reference was wrong, with its answers.
     fn reference_errors<'a>(&'a self, expected: &'a [Answer]) -> impl Iterator<Item = Dispute> {
         let wrong = self.by_ray.iter().filter(|(ray, truth)| !same(truth, &expected[**ray]));
         wrong.map(|(ray, _)| Dispute { ray: *ray, given: EngineAnswer::Nearest(expected[*ray]) })
     }
 
-    /// What an engine got wrong whose disputes with the reference these are. Where the reference
-    /// was wrong and the engine agreed with it, both were.
+    /// What an engine got wrong, given its disputes with the reference. Where the reference was
+    /// wrong and the engine agreed with it, both count as wrong.
     pub(crate) fn differences(
         &self,
         soup: &Soup,
@@ -152,7 +154,7 @@ impl ExactAnswers {
         disputes: &[Dispute],
         question: Question,
     ) -> AnswerDifferences {
-        // Disputes stand in the order of the rays.
+        // Disputes are sorted by ray.
         let as_asked = |answer: Answer| match question {
             Question::Closest => EngineAnswer::Nearest(answer),
             Question::Occluded => EngineAnswer::Occluded(answer.is_hit()),
@@ -172,9 +174,10 @@ impl ExactAnswers {
     }
 }
 
-/// Whether an engine that is not watertight may decide either way.
+/// Whether an engine that is not watertight may give this answer.
 fn is_at_edge(soup: &Soup, ray: &Ray, truth: &Answer, given: &EngineAnswer) -> bool {
-    // The farther one has passed the nearer one by; the end of the ray is a place of decision, too.
+    // The engine with the farther hit rejected the nearer one. A hit at the very end of the ray may
+    // be decided either way, too.
     let nearer = match given {
         EngineAnswer::Nearest(given) if given.t < truth.t => given,
         _ => truth,
@@ -186,7 +189,7 @@ fn at_the_end(ray: &Ray, answer: &Answer) -> bool {
     ray.t_max.is_finite() && (answer.t - ray.t_max).abs() <= TOLERANCE * ray.t_max
 }
 
-/// Whether a hit is at an edge or grazing, computed anew in double precision.
+/// Whether a hit is at an edge or grazing, in double precision.
 fn on_an_edge(soup: &Soup, ray: &Ray, answer: &Answer) -> bool {
     if answer.primitive as usize >= soup.len() {
         return false;
@@ -198,7 +201,7 @@ fn on_an_edge(soup: &Soup, ray: &Ray, answer: &Answer) -> bool {
         .iter()
         .map(|corner| corner.abs().max_element())
         .fold(Vec3::from(ray.origin).abs().max_element(), f32::max);
-    // Slivers are so narrow that the rounding of coordinates is a large part of their width.
+    // Slivers are so narrow that rounding of the coordinates is a large part of their width.
     let slack = f64::from(reach) * ROUNDING;
     let weights = [1.0 - exact.u - exact.v, exact.u, exact.v];
     exact.cosine <= EDGE
@@ -283,14 +286,14 @@ mod tests {
                 differences_of(down(0.2), reference, as_asked(answer), question, triangle_tests).all
             };
             assert_eq!(blamed(hit(1.0), 10), 0, "{question:?}");
-            // Nothing is disputed, so nothing is looked at.
+            // Nothing is disputed, so no ray is searched for.
             assert_eq!(blamed(reference, 10), 0, "{question:?}");
         }
         let (soup, rays, expected) = (soup(), [down(0.2)], [hit(0.5)]);
         let exact_answers = ExactAnswers::of(&soup, &rays, vec![0, 0], &mut 10);
         assert_eq!(exact_answers.reference_errors(&expected).count(), 1);
         assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], Question::Closest).elsewhere(), 1);
-        // It did hit something, which is all that was asked.
+        // The reference did report a hit, which is right for an occlusion query.
         assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], Question::Occluded).all, 0);
     }
 

@@ -1,4 +1,4 @@
-//! Cases: small files that say what is measured.
+//! Cases: small files that say what is measured, and what the answers must be.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,26 +13,27 @@ use crate::scene::SceneChoice;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Case {
-    /// In tables and results.
+    /// The name in tables and results.
     pub(crate) name: String,
     /// What is traced.
     pub(crate) scene: SceneChoice,
-    /// Who looks at it; by default a camera of the scene, or one that is found.
+    /// The camera; by default one of the scene, or else one that shows most of it.
     #[serde(default, alias = "eye")]
     pub(crate) camera: Option<CameraChoice>,
-    /// Of everything random about the rays.
+    /// The seed of everything random about the rays.
     pub(crate) seed: u64,
-    /// How many triangles the scene has, if that is known: of another one by the same name, nothing is expected.
+    /// The number of triangles of the scene, if it is known. If a file of the same name has another
+    /// number, no hits are expected of it.
     #[serde(default)]
     pub(crate) triangles: Option<usize>,
-    /// About how many rays a set has; the shuffled one has four times as many.
+    /// About how many rays a set has; the shuffled set has four times as many.
     pub(crate) rays: usize,
     /// The same for a quick run.
     pub(crate) quick_rays: usize,
-    /// Which sets; all, unless told.
+    /// Which sets of rays are traced; all by default.
     #[serde(default = "all_kinds")]
     pub(crate) sets: Vec<Kind>,
-    /// Names of engines, or beginnings of names; all, unless told.
+    /// Names of engines, or their first letters; all engines by default.
     #[serde(default)]
     pub(crate) engines: Vec<String>,
     /// The same for a quick run, where slow builders would take all the time.
@@ -43,32 +44,32 @@ pub(crate) struct Case {
     pub(crate) hits: BTreeMap<Kind, Hits>,
 }
 
-/// A camera as a case writes it down.
+/// A camera as it is written in a case file.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CameraChoice {
     /// Metres, world space.
     pub(crate) position: [f32; 3],
-    /// Where it looks; any length.
+    /// The direction of view; of any length.
     pub(crate) forward: [f32; 3],
     /// The tangent of half the angle of view.
     pub(crate) half: f32,
 }
 
 impl CameraChoice {
-    /// A point that it looks at.
+    /// A point in the direction of view, world space.
     pub(crate) fn target(&self) -> glam::Vec3 {
         glam::Vec3::from(self.position) + glam::Vec3::from(self.forward)
     }
 }
 
-/// The answer that the rays of a set must give.
+/// The number of rays of a set that must hit something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Hits {
-    /// With all rays.
+    /// In a full run.
     pub(crate) full: Option<usize>,
-    /// With those of a quick run.
+    /// In a quick run.
     pub(crate) quick: Option<usize>,
 }
 
@@ -76,7 +77,7 @@ fn all_kinds() -> Vec<Kind> {
     Kind::ALL.to_vec()
 }
 
-/// The cases that come with the program, and are always measured.
+/// The cases that come with the program and are always measured.
 const BUILT_IN: [&str; 4] = [
     include_str!("../cases/race.toml"),
     include_str!("../cases/terrain.toml"),
@@ -84,7 +85,8 @@ const BUILT_IN: [&str; 4] = [
     include_str!("../cases/long_diagonals.toml"),
 ];
 
-/// What is known about files that do not come with the program, for when one is named on the command line.
+/// Cameras and expected hits of files that do not come with the program, used when one of them is
+/// named on the command line.
 const KNOWN: [&str; 5] = [
     include_str!("../cases/files/stanford_bunny.toml"),
     include_str!("../cases/files/kitchen_country.toml"),
@@ -93,25 +95,27 @@ const KNOWN: [&str; 5] = [
     include_str!("../cases/files/thin_diagonals_a.toml"),
 ];
 
-/// How many rays of a set may hit or miss otherwise than the case says: one in a thousand, and two. A ray that starts where another ended follows the
-/// rounding of libraries and compilers, and which of two triangles at the same distance is meant. The fourth bounce does so four times over: one in two hundred.
+/// By how many rays the hits of a set may differ from what the case says: one in a thousand, plus
+/// two. The start of a ray that begins at a hit depends on the rounding of libraries and compilers,
+/// and on which of two triangles at the same distance was hit. Four bounces add up: one in two
+/// hundred.
 pub(crate) fn leeway(kind: Kind, rays: usize) -> usize {
     let one_in = if kind == Kind::Bounce4 { 200 } else { 1000 };
     rays / one_in + 2
 }
 
 impl Case {
-    /// Those that come with the program.
+    /// The cases that come with the program.
     pub(crate) fn built_in() -> Result<Vec<Self>, Failure> {
         BUILT_IN.iter().map(|text| Self::parse(text)).collect()
     }
 
-    /// From the text of a file.
+    /// Parses the text of a case file.
     pub(crate) fn parse(text: &str) -> Result<Self, Failure> {
         Ok(toml::from_str(text)?)
     }
 
-    /// What is measured about a scene that was named on the command line: a case file, or a glTF file with the usual rays.
+    /// The case for a path from the command line: a case file, or a glTF file with the usual rays.
     pub(crate) fn of_file(path: &Path) -> Result<Self, Failure> {
         if path.extension().is_some_and(|extension| extension == "toml") {
             let mut case = Self::parse(&std::fs::read_to_string(path)?)?;
@@ -157,7 +161,8 @@ impl Case {
         if kind == Kind::DiffuseShuffled { 4 * count } else { count }
     }
 
-    /// How many rays of a set must hit something, if that is known of a scene with so many triangles.
+    /// How many rays of a set must hit something, if that is known for a scene with this number of
+    /// triangles.
     pub(crate) fn expected(&self, kind: Kind, quick: bool, triangles: usize) -> Option<usize> {
         if self.triangles.is_some_and(|known| known != triangles) {
             return None;

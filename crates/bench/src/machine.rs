@@ -22,7 +22,8 @@ pub(crate) fn second_cache() -> usize {
     kilobytes.map_or(1 << 20, |kilobytes| kilobytes << 10)
 }
 
-/// Which versions of the engines are compared, as the lock file of this program has them; Embree tells its own.
+/// Which versions of the engines are compared, as the lock file of this program has them; Embree
+/// tells its own.
 pub(crate) fn versions() -> String {
     const LOCK: &str = include_str!("../../../Cargo.lock");
     let version = |name: &str| {
@@ -57,7 +58,8 @@ pub(crate) fn date() -> String {
     date_of(seconds / 86_400)
 }
 
-/// Of a number of days since the first of January 1970 (Hinnant 2013, "chrono-Compatible Low-Level Date Algorithms").
+/// Of a number of days since the first of January 1970 (Hinnant 2013, "chrono-Compatible Low-Level
+/// Date Algorithms").
 fn date_of(days: u64) -> String {
     let days = days + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);

@@ -5,13 +5,16 @@
 //! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--level avx2] [--quick] [--processes 3] [--json FILE] [--results FOLDER]
 //! ```
 //!
-//! All engines are in one process. They get the same triangles and the same rays, made once per scene from a seed; their answers are compared
-//! with the reference before a time is believed; then they run in turn, round by round, so that a machine that changes its mind changes
-//! it for all of them. One-thread times are those of the thread's processor clock, pinned to a core.
+//! All engines are in one process. They get the same triangles and the same rays, made once per
+//! scene from a seed; their answers are compared with the reference before a time is believed; then
+//! they run in turn, round by round, so that a machine that changes its mind changes it for all of
+//! them. One-thread times are those of the thread's processor clock, pinned to a core.
 //!
-//! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes sets of rays, `engine` holds the
-//! engines behind one trait, `level` forces them to one set of instructions, `agree` compares answers, `exact` says which are right, `measure` has clocks
-//! and statistics, `compare` runs it all, `closed` counts what slips out of closed shapes, `report` writes it down, `peers` fetches what is opened at run time.
+//! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes
+//! sets of rays, `engine` holds the engines behind one trait, `level` forces them to one set of
+//! instructions, `agree` compares answers, `exact` says which are right, `measure` has clocks and
+//! statistics, `compare` runs it all, `closed` counts what slips out of closed shapes, `report`
+//! writes it down, `peers` fetches what is opened at run time.
 
 mod agree;
 mod case;

@@ -11,7 +11,8 @@ const PACKAGE: &str = "embreex==4.4.0.post1";
 /// Folders of the package that hold libraries begin so.
 const LIBRARIES: &str = "embreex.libs/";
 
-/// Where libraries are kept: beside the build products of the workspace, wherever the program is run.
+/// Where libraries are kept: beside the build products of the workspace, wherever the program is
+/// run.
 pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/peers")
 }
@@ -26,7 +27,8 @@ pub(crate) fn find(start: &str) -> Option<PathBuf> {
     found.into_iter().next()
 }
 
-/// Has `pip` download the package, and unpacks its libraries. Embree finds its thread library beside itself.
+/// Has `pip` download the package, and unpacks its libraries. Embree finds its thread library
+/// beside itself.
 ///
 /// # Errors
 /// No `pip`, no network, no package for this system, or a folder that cannot be written.

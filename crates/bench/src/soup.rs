@@ -24,7 +24,8 @@ pub(crate) struct Soup {
 }
 
 impl Soup {
-    /// All instances of a frame, flattened. Triangles that the transform takes out of the range of numbers are left out.
+    /// All instances of a frame, flattened. Triangles that the transform takes out of the range of
+    /// numbers are left out.
     pub(crate) fn flatten(view: &Snapshot) -> Self {
         let mut soup = Self::default();
         for instance in view.instances() {

@@ -1,5 +1,5 @@
-//! Rays from inside closed tubes and boxes: whatever way they go, they cross the shape, and a
-//! tracer that keeps its word hits it.
+//! Rays from inside closed tubes and boxes. Every such ray crosses the surface, so a watertight
+//! tracer must report a hit.
 
 mod rays;
 mod shape;
@@ -25,29 +25,30 @@ pub(crate) struct Options {
     /// How many rays
     #[arg(long, default_value_t = 10_000_000)]
     rays: usize,
-    /// Forces every engine that can to these instructions: scalar, avx2, avx512 or neon [default:
-    /// the best of this machine]
+    /// Forces every engine that can be forced to these instructions: scalar, avx2, avx512 or neon
+    /// [default: the best of this machine]
     #[arg(long, value_name = "LEVEL", value_parser = level::named)]
     pub(crate) level: Option<Level>,
-    /// Of everything random: other shapes, other rays
+    /// The seed of shapes and rays
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Writes what was counted as a JSON object
+    /// Writes the counts as a JSON object
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
-/// Rays for each shape.
+/// The number of rays for each shape.
 const RAYS_PER_SHAPE: usize = 4096;
 
-/// How an engine is asked.
+/// How rays are handed to an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CallMode {
     Single,
     Batch,
 }
 
-/// Those that are asked, under one name; where there are several engines, shapes take turns.
+/// What is tested: a name, the engines, and how rays are handed over. Where one name has several
+/// engines, they take turns from shape to shape.
 const TESTED: [(&str, &[&str], CallMode); 4] = [
     ("kinetree, single", &["kinetree fast", "kinetree best", "kinetree fastest"], CallMode::Single),
     ("kinetree, batch", &["kinetree fast", "kinetree best", "kinetree fastest"], CallMode::Batch),
@@ -55,7 +56,7 @@ const TESTED: [(&str, &[&str], CallMode); 4] = [
     ("embree", &["embree medium"], CallMode::Single),
 ];
 
-/// One of those, and how it did.
+/// The engines of one name, with their counts.
 #[derive(Serialize)]
 struct TestedEngine {
     engine: &'static str,
@@ -68,7 +69,7 @@ struct TestedEngine {
     tally: Tally,
 }
 
-/// What is written.
+/// The JSON object with all counts.
 #[derive(Serialize)]
 struct Summary<'a> {
     processor: String,
@@ -81,7 +82,7 @@ struct Summary<'a> {
     engines: &'a [TestedEngine],
 }
 
-/// Counts, and tells whether ours did nothing wrong.
+/// Counts wrong answers; true if kinetree gave none.
 ///
 /// # Errors
 /// An engine that cannot build, or results that cannot be written.

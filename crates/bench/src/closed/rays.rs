@@ -1,5 +1,5 @@
-//! Rays from inside a shape, by preference where tracers err: at edges and corners, along the
-//! shape, along axes, with slopes that are next to nothing.
+//! Rays from inside a shape, mostly in directions where tracers err: to edges and corners, along
+//! the shape, along axes, with slopes close to zero.
 
 use glam::Vec3;
 
@@ -7,10 +7,11 @@ use super::shape::Shape;
 use crate::ray::Ray;
 use crate::rng::Rng;
 
-/// Rays of a packet have one origin and go to one place, or nothing in common.
+/// Half of the packets of this many rays share one origin and a target ring; the rays of the others
+/// are independent.
 const PACKET: usize = 64;
 
-/// So many rays.
+/// Rays for shape `number` of a seed.
 pub(super) fn rays(shape: &Shape, count: usize, seed: u64, number: u64) -> Vec<Ray> {
     let mut rng = Rng::new(seed, number << 8 | 0xc2);
     let mut rays = Vec::with_capacity(count);
@@ -34,14 +35,14 @@ fn origin(shape: &Shape, rng: &mut Rng) -> Vec3 {
     shape.inside(rng, outwards)
 }
 
-/// Finite and not zero.
+/// A direction that is finite and not zero.
 fn direction(shape: &Shape, from: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     loop {
         let direction = match rng.below(8) {
             0 => rng.direction(),
             1 => nearly_straight(shape, rng),
             2 | 3 => shape.side(rng, along) - from,
-            // Not far: the usual hit of a wall.
+            // A point of the wall beside the origin.
             4 => shape.side(rng, shape.along(from)) - from,
             _ => shape.edge(rng) - from,
         };
@@ -52,7 +53,7 @@ fn direction(shape: &Shape, from: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     }
 }
 
-/// Along an axis of space or of the shape, but for slopes that are next to nothing.
+/// Along an axis of the world or of the shape, with slopes that are zero or tiny.
 fn nearly_straight(shape: &Shape, rng: &mut Rng) -> Vec3 {
     let sign = if rng.below(2) == 0 { 1.0 } else { -1.0 };
     let mut direction = if rng.below(2) == 0 { shape.axis() } else { Vec3::AXES[rng.below(3)] } * sign;

@@ -1,4 +1,4 @@
-//! Closed tubes and boxes: prisms whose neighbouring triangles share their corners, from fat to
+//! Closed tubes and boxes: prisms whose neighbouring triangles share their corners, from compact to
 //! very long.
 
 use glam::{DVec2, DVec3, Vec3};
@@ -9,15 +9,15 @@ use crate::soup::Soup;
 /// Widths and lengths, metres, before scaling.
 const WIDTHS: [f64; 2] = [0.01, 1.0];
 const LENGTHS: [f64; 2] = [1.0, 1e6];
-/// Everything is scaled by up to this, or down as much.
+/// Shapes are scaled by factors from 1 / `SCALE` to `SCALE`.
 const SCALE: f64 = 1e6;
-/// How far from the origin of space shapes may lie, metres.
+/// How far from the origin shapes may lie, metres.
 const OFFSETS: [f64; 2] = [1e-8, 1e6];
-/// Shapes are at least so many units of the last place of their largest coordinate wide: thinner
-/// ones are no tubes any more once they are rounded.
+/// The least width of a shape in units in the last place of its largest coordinate: thinner ones
+/// are no longer tubes after rounding.
 const LEAST_WIDTH: f64 = 1000.0;
 
-/// Corners of cross sections, within a square of two by two.
+/// Corners of cross sections, within [-1, 1] x [-1, 1].
 const SECTIONS: [&[[f64; 2]]; 4] = [
     &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
     &[[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]],
@@ -25,15 +25,15 @@ const SECTIONS: [&[[f64; 2]]; 4] = [
     &[[1.0, -0.5], [1.0, 0.5], [0.5, 1.0], [-0.5, 1.0], [-1.0, 0.5], [-1.0, -0.5], [-0.5, -1.0], [0.5, -1.0]],
 ];
 
-/// A closed shape, and how to find points of it.
+/// A closed shape with the functions that find points in it and on it.
 pub(super) struct Shape {
     pub(super) soup: Soup,
-    /// Metres, from its middle to its side.
+    /// Half the width of the cross section, metres.
     pub(super) half_width: f64,
     section: &'static [[f64; 2]],
     length: f64,
     middle: DVec3,
-    /// Across, across, along.
+    /// Two axes of the cross section, and the axis along the shape.
     axes: [DVec3; 3],
 }
 
@@ -51,7 +51,7 @@ impl Shape {
             let direction = DVec3::new(offset(), offset(), offset());
             let middle = match rng.below(4) {
                 0 => DVec3::ZERO,
-                // As far as the width allows.
+                // As far from the origin as the width allows.
                 1 => direction * (half_width / (LEAST_WIDTH * f64::from(f32::EPSILON))).min(OFFSETS[1]),
                 _ => direction * log_between(&mut rng, OFFSETS),
             };
@@ -64,19 +64,20 @@ impl Shape {
         }
     }
 
-    /// Where a ring of corners lies along the shape, from -1 to 1.
+    /// The position of a ring of corners along the shape, from -1 to 1.
     fn ring(&self, ring: usize, rings: usize, rng: &mut Rng) -> f64 {
         let between = (ring > 0 && ring + 1 < rings).then(|| f64::from(rng.between(-0.3, 0.3)));
         (2 * ring) as f64 / (rings - 1) as f64 - 1.0 + between.unwrap_or(0.0)
     }
 
-    /// A point: on the cross section, in units of its half width, and along, from -1 to 1.
+    /// The point with coordinates `across` in half widths on the cross section and `along` from -1
+    /// to 1.
     fn point(&self, across: DVec2, along: f64) -> Vec3 {
         let [x, y, z] = self.axes;
         (self.middle + (x * across.x + y * across.y) * self.half_width + z * (along * self.length * 0.5)).as_vec3()
     }
 
-    /// `None` when the shape is too thin for where it lies.
+    /// Adds the triangles; `None` when the shape is too thin for its distance from the origin.
     fn with_soup(mut self, places: &[f64], rng: &mut Rng) -> Option<Self> {
         let sides = self.section.len() as u32;
         let corners =
@@ -102,7 +103,7 @@ impl Shape {
             triangles.push([0, side + 1, side]);
             triangles.push([last, last + side, last + side + 1]);
         }
-        // Which way they face and where they begin is all the same to a ray.
+        // Hits do not depend on the orientation and the first corner of a triangle.
         for triangle in &mut triangles {
             triangle.rotate_left(rng.below(3));
             if rng.below(2) == 0 {
@@ -113,13 +114,14 @@ impl Shape {
         Some(self)
     }
 
-    /// A point inside: somewhere along, as far out as `outwards` says, below 1 at most.
+    /// A random point inside, at the fraction `outwards` (below 1) of the way from the axis to the
+    /// wall.
     pub(super) fn inside(&self, rng: &mut Rng, outwards: f64) -> Vec3 {
         let along = f64::from(rng.between(-0.999, 0.999));
         self.point(self.on_the_section(rng) * outwards, along)
     }
 
-    /// A point of its side, about so far along.
+    /// A random point of the wall at the position `along`, from -1 to 1.
     pub(super) fn side(&self, rng: &mut Rng, along: f64) -> Vec3 {
         self.point(self.on_the_section(rng), along)
     }
@@ -130,12 +132,12 @@ impl Shape {
         a.lerp(b, f64::from(rng.uniform()))
     }
 
-    /// How far along itself a point lies, from -1 to 1.
+    /// The position of a point along the shape, from -1 to 1.
     pub(super) fn along(&self, point: Vec3) -> f64 {
         (point.as_dvec3() - self.middle).dot(self.axes[2]) / (self.length * 0.5)
     }
 
-    /// A point of an edge between two triangles, often a corner.
+    /// A random point on an edge between two triangles, often a corner.
     pub(super) fn edge(&self, rng: &mut Rng) -> Vec3 {
         let corners = self.soup.corners(rng.below(self.soup.len()) as u32);
         let from = rng.below(3);
@@ -143,13 +145,13 @@ impl Shape {
         corners[from].as_dvec3().lerp(corners[(from + 1) % 3].as_dvec3(), place).as_vec3()
     }
 
-    /// The way along it.
+    /// The direction along the shape.
     pub(super) fn axis(&self) -> Vec3 {
         self.axes[2].as_vec3()
     }
 }
 
-/// Those of space in some order, or any.
+/// The axes of the world in some order, or a random orthonormal basis.
 fn axes(rng: &mut Rng) -> [DVec3; 3] {
     if rng.below(3) > 0 {
         let mut axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -161,7 +163,7 @@ fn axes(rng: &mut Rng) -> [DVec3; 3] {
     [across, along.cross(across), along]
 }
 
-/// Every size about equally likely.
+/// A random number whose logarithm is evenly distributed.
 fn log_between(rng: &mut Rng, [low, high]: [f64; 2]) -> f64 {
     low * (high / low).powf(f64::from(rng.uniform()))
 }

@@ -1,4 +1,4 @@
-//! What an engine did with rays whose right answers are known.
+//! Counts how an engine's answers differ from exact ones.
 
 use glam::{DVec3, Vec3};
 use serde::Serialize;
@@ -7,18 +7,18 @@ use super::shape::Shape;
 use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
 
-/// By what part of itself the distance of a watertight hit may be off, as `Precision::Watertight`
-/// states it.
+/// The relative error of distances that `Precision::Watertight` allows.
 pub(super) const DISTANCE_BOUND: f64 = 1.0 / (1 << 14) as f64;
 
-/// The right answer of a ray.
+/// The exact answer of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ExactHit {
-    /// Where it leaves the shape, in lengths of the direction.
+    /// The distance of the nearest hit, in lengths of the direction.
     t: f64,
 }
 
-/// Of rays of a shape; `None` of one that meets nothing, since it started outside after rounding.
+/// The exact answers of rays from inside a shape; `None` for a ray that hits nothing, since
+/// rounding has moved its origin outside.
 pub(super) fn exact_hits(shape: &Shape, rays: &[Ray]) -> Vec<Option<ExactHit>> {
     let found = closest_by_brute_force(&shape.soup, rays);
     let exact = |(ray, answer): (&Ray, Answer)| {
@@ -28,7 +28,7 @@ pub(super) fn exact_hits(shape: &Shape, rays: &[Ray]) -> Vec<Option<ExactHit>> {
     rays.iter().zip(found).map(exact).collect()
 }
 
-/// The first ray that went wrong in a way.
+/// A ray with a wrong answer, as an example.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Example {
     shape: u64,
@@ -36,27 +36,26 @@ pub(super) struct Example {
     direction: [f32; 3],
     #[serde(rename = "right")]
     exact: f64,
-    /// None of a slip.
+    /// `None` where the engine reported a miss.
     given: Option<f32>,
 }
 
-/// Of one engine.
+/// The counts of one engine.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Tally {
-    /// Rays that cross the shape.
+    /// Rays that cross the surface.
     pub(super) rays: usize,
-    /// Of those, how many hit nothing.
+    /// Of those, the number that hit nothing.
     pub(super) slips: usize,
-    /// Hits on a triangle that the ray does not meet, exactly.
+    /// Hits on a triangle that the ray, in exact arithmetic, does not meet.
     pub(super) false_hits: usize,
-    /// By how much such a ray passes the triangle by, at worst, over half the width of the shape.
+    /// The largest distance between such a ray and the triangle, over half the width of the shape.
     pub(super) worst_pass: f64,
-    /// Distances that are off by more than the part of themselves that `Precision::Watertight`
-    /// allows.
+    /// Distances whose relative error is larger than `Precision::Watertight` allows.
     pub(super) wrong_distances: usize,
-    /// How far distances are off at worst, as a part of themselves.
+    /// The largest relative error of a distance.
     pub(super) worst_part: f64,
-    /// How far hits are off at worst, along the ray, over half the width of the shape.
+    /// The largest error of a hit along the ray, over half the width of the shape.
     pub(super) worst_error: f64,
     pub(super) first_slip: Option<Example>,
     pub(super) first_false_hit: Option<Example>,
@@ -64,7 +63,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Whether nothing went wrong.
+    /// Whether all answers were right.
     pub(super) fn is_clean(&self) -> bool {
         self.slips + self.false_hits + self.wrong_distances == 0
     }
@@ -108,8 +107,8 @@ impl Tally {
     }
 }
 
-/// From a ray that does not meet a triangle to the triangle, metres: to the nearest of its edges,
-/// or from the origin of the ray to its inside.
+/// The distance between a ray and a triangle that it does not meet, metres: to the nearest edge, or
+/// from the origin of the ray to the inside of the triangle.
 fn distance(ray: &Ray, corners: &[Vec3; 3]) -> f64 {
     let origin = Vec3::from(ray.origin).as_dvec3();
     let corners = corners.map(|corner| corner.as_dvec3() - origin);
@@ -125,14 +124,14 @@ fn distance(ray: &Ray, corners: &[Vec3; 3]) -> f64 {
     if normal != DVec3::ZERO && sides.iter().all(|side| *side >= 0.0) { nearest.min(foot.length()) } else { nearest }
 }
 
-/// Between a ray from the origin of space along a unit vector, and a segment (Ericson 2005,
+/// The distance between a ray from the origin along a unit vector, and a segment (Ericson 2005,
 /// "Real-Time Collision Detection", 5.1.9).
 fn to_segment(direction: DVec3, from: DVec3, to: DVec3) -> f64 {
     let edge = to - from;
     let (edge_edge, along) = (edge.length_squared(), direction.dot(edge));
     let (ray_from, edge_from) = (direction.dot(from), edge.dot(from));
     let denominator = edge_edge - along * along;
-    // Parallel lines are as near at one end of the segment as anywhere.
+    // For parallel lines, one end of the segment is as near as any of its points.
     let place = if denominator > 0.0 { (along * ray_from - edge_from) / denominator } else { 0.0 };
     let nearest = |place: f64| {
         let point = from + edge * place.clamp(0.0, 1.0);
@@ -153,10 +152,10 @@ mod tests {
             |origin: [f32; 3], direction: [f32; 3]| distance(&Ray::new(origin.into(), direction.into()), &triangle);
         let cases = [
             ([1.0, -3.0, 5.0], [0.0, 0.0, -2.0], 3.0),
-            // Away from its inside.
+            // Pointing away from the inside of the triangle.
             ([1.0, 1.0, 5.0], [0.0, 0.0, 1.0], 5.0),
             ([-3.0, -4.0, 1.0], [0.0, 0.0, -1.0], 5.0),
-            // Along an edge.
+            // Parallel to an edge.
             ([1.0, -2.0, 0.0], [1.0, 0.0, 0.0], 2.0),
             ([5.0, 0.0, 0.0], [1.0, 0.0, 0.0], 1.0),
             ([-5.0, 1.0, 2.0], [1.0, 0.0, 0.0], 2.0),

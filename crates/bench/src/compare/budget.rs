@@ -1,44 +1,48 @@
-//! The time that a quick run may take, and how it is shared out: by what has been measured so far, not by guesses.
+//! The time that a quick run may take, shared out by the build times that have been measured so
+//! far.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// A quick run is to be over by then: five minutes, less what the last part may take too long.
+/// When the last part of a quick run begins at the latest: five minutes, less a reserve for that
+/// part.
 const QUICK: Duration = Duration::from_secs(255);
 
-/// What is left, and how fast engines build.
+/// The time that is left, and the build times of engines.
 pub(crate) struct Budget {
     ends: Option<Instant>,
-    /// Seconds per triangle: the fewest and the most so far.
+    /// The least and the most seconds per triangle so far, by engine.
     pace: BTreeMap<String, (f64, f64)>,
 }
 
 impl Budget {
-    /// For a quick run, or without end.
+    /// The budget of a quick run, or an unlimited one.
     pub(crate) fn new(quick: bool) -> Self {
         Self { ends: quick.then(|| Instant::now() + QUICK), pace: BTreeMap::new() }
     }
 
-    /// Seconds for a part that weighs as much as `weight` of `all` that is still to come; infinite without end.
+    /// Seconds for a part with this weight, out of `all` the weights that are still to come;
+    /// infinite if the budget is unlimited.
     pub(crate) fn share(&self, weight: f64, all: f64) -> f64 {
         let left = |ends: Instant| ends.saturating_duration_since(Instant::now()).as_secs_f64();
         self.ends.map_or(f64::INFINITY, |ends| left(ends) * weight / all.max(weight))
     }
 
-    /// An engine has built so many triangles in so many seconds.
+    /// Records how long an engine took to build.
     pub(crate) fn record_build(&mut self, engine: &str, triangles: usize, seconds: f64) {
         let each = seconds / triangles.max(1) as f64;
         let (least, most) = self.pace.entry(engine.to_owned()).or_insert((each, each));
         (*least, *most) = (least.min(each), most.max(each));
     }
 
-    /// How long a build is going to take, seconds, halfway between what it took at best and at worst; nothing, where nothing is known.
+    /// The predicted time of a build, seconds: the geometric mean of the best and the worst pace so
+    /// far; 0 if the engine has not built yet.
     pub(crate) fn expected_seconds(&self, engine: &str, triangles: usize) -> f64 {
         self.pace.get(engine).map_or(0.0, |(least, most)| (least * most).sqrt() * triangles as f64)
     }
 }
 
-/// What the budget knows an engine's build by, without what comes before and after it.
+/// The key of an engine's build time without preparation and checks.
 pub(crate) fn build_only_key(engine: &str) -> String {
     format!("{engine}, the build alone")
 }

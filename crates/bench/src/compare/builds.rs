@@ -1,4 +1,4 @@
-//! Builds: time on one thread and on all, and memory.
+//! Times builds, on one thread and on all.
 
 use super::budget::{Budget, build_only_key};
 use super::guarded::guarded;
@@ -13,7 +13,8 @@ use crate::measure::rounds::{Rounds, in_turn};
 use crate::report::{Metric, Row};
 use crate::soup::Soup;
 
-/// Times every engine's build; who fails, or would take longer than `seconds` together with those before, is left out.
+/// Times the build of every engine. Engines that fail are left out, and so are those whose
+/// predicted time, together with the engines before them, exceeds `seconds`.
 pub(crate) fn run(
     case: &str,
     plan: &Plan,
@@ -28,7 +29,7 @@ pub(crate) fn run(
     let seconds = seconds / threads.len() as f64;
     for threads in threads {
         let pool = ThreadPool::new(threads)?;
-        // On all threads, only those whose scaling is compared.
+        // On all threads, only engines whose scaling is compared.
         let scales = |name: &str| name.starts_with("kinetree") || name.starts_with("embree");
         let mut predicted = 0.0;
         let mut chosen: Vec<&dyn Engine> = Vec::new();
@@ -42,7 +43,8 @@ pub(crate) fn run(
                 chosen.push(engine);
             }
         }
-        // Like takes turns with like: what is paired is close in time, and who is far behind is so among its own.
+        // Engines of one class take turns with each other, so that paired times are close in time
+        // and a slow engine is only compared with its class.
         for class in [Class::Fastest, Class::Fast, Class::Best] {
             let alike: Vec<&dyn Engine> = chosen.iter().copied().filter(|engine| engine.class() == class).collect();
             let mut prepared: Vec<Option<Box<dyn Prepared>>> =
@@ -60,7 +62,8 @@ pub(crate) fn run(
 fn build(prepared: &mut Box<dyn Prepared>, pool: &ThreadPool) -> Option<Elapsed> {
     prepared.set_up(pool).ok()?;
     let _pinned = (pool.threads == 1).then(|| Pinned::all_to(0));
-    // Engines work on threads of their own, so the whole process counts; nothing else runs in it.
+    // Engines build on threads of their own, so the processor time of the whole process counts;
+    // nothing else runs in it.
     let watch = Stopwatch::start(ClockScope::Process);
     let tree = guarded(|| prepared.build(pool)).ok()?;
     let elapsed = watch.read();

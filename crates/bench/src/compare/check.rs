@@ -1,9 +1,9 @@
-//! Answers first: how many of each engine are wrong. A wrong one of ours is a failure; those of
-//! others are counted and shown.
+//! Compares answers before anything is timed. A wrong answer of kinetree is a failure; those of
+//! other engines are counted and shown.
 //!
-//! Engines are compared with a tree of ours, the reference. Where one does not agree with it, an
-//! exact search through all triangles says who is right, the reference included. It is asked as
-//! well on a sample of rays about which nobody disagrees.
+//! Engines are compared with the reference, which is a kinetree tree. Where an engine disagrees
+//! with it, an exact search through all triangles decides, against the reference too. The search is
+//! also run on a sample of rays on which all engines agree.
 
 use std::collections::BTreeMap;
 
@@ -20,28 +20,28 @@ use crate::rays::{Kind, Question, RaySet};
 use crate::report::WrongAnswers;
 use crate::soup::Soup;
 
-/// How many triangle tests the exact search is given for its sample, in a full run and in a quick
-/// one.
+/// The number of triangle tests of the exact search for the sample, in a full and in a quick run.
 const SAMPLE_TRIANGLE_TESTS: [usize; 2] = [400_000_000, 60_000_000];
-/// The same for disputes.
+/// The same for disputed rays.
 const DISPUTE_TRIANGLE_TESTS: [usize; 2] = [40_000_000_000, 1_000_000_000];
 
-/// Of engine (with the name of its batch), whether rays came one by one, and set.
+/// Wrong answers by engine (with the suffix of its batch), whether rays were traced one by one, and
+/// set.
 pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), WrongAnswers>;
 
-/// What came of it.
+/// The outcome of the comparison.
 #[derive(Debug, Default)]
 pub(crate) struct Checked {
-    /// Whether an answer of ours, or how many there are, was not as it should be.
+    /// Whether kinetree gave a wrong answer, or another number of hits than the case says.
     pub(crate) kinetree_is_wrong: bool,
-    /// Whether anybody's was not, apart from edges of triangles.
+    /// Whether any engine gave a wrong answer away from edges of triangles.
     pub(crate) some_engine_differs: bool,
-    /// How often.
+    /// The number of wrong answers.
     pub(crate) disagreements: Disagreements,
 }
 
-/// Compares all answers with those of the reference, and settles by exact search what is disputed.
-/// Engines that panic leave the lineup.
+/// Compares all answers with those of the reference, and decides disputed rays by exact search.
+/// Engines that panic are removed from the lineup.
 pub(crate) fn check(
     case: &Case,
     plan: &Plan,
@@ -69,7 +69,7 @@ pub(crate) fn check(
     checked
 }
 
-/// The reference against the exact search, on as many rays as there is time for.
+/// Compares the reference with the exact search, on as many rays as the budget allows.
 fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec<Answer>], log: &mut Log) -> bool {
     let sample = (SAMPLE_TRIANGLE_TESTS[usize::from(plan.quick)] / soup.len().max(1) / sets.len().max(1)).clamp(4, 512);
     let mut differences = AnswerDifferences::default();
@@ -89,18 +89,17 @@ fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec
     differences.elsewhere() == 0
 }
 
-/// Every way in which an entrant is going to be timed on a set, and what it does not agree about
-/// with the reference.
+/// The rays of one set on which an engine, called in one way, disagrees with the reference.
 struct DisputedAnswers {
-    /// Which set.
+    /// The index of the set.
     set: usize,
-    /// The name of a batch; none for one by one.
+    /// The suffix of the batch; `None` for calls with one ray each.
     batch: Option<&'static str>,
     disputes: Vec<Dispute>,
 }
 
-/// Hears all entrants, settles what is disputed, and counts whose answers are wrong. Entrants that
-/// panic leave the field.
+/// Collects the answers of all engines, decides disputed rays, and counts wrong answers. Engines
+/// that panic are removed from the lineup.
 fn compare_engines(
     plan: &Plan,
     soup: &Soup,
@@ -150,7 +149,7 @@ fn is_kinetree(built: &BuiltEngine) -> bool {
     built.name.starts_with("kinetree")
 }
 
-/// Counts an entrant's differences.
+/// Counts and logs the wrong answers of an engine.
 fn count_wrong_answers(
     soup: &Soup,
     sets: &[RaySet],
@@ -179,19 +178,19 @@ fn count_wrong_answers(
         "  {:<28} {} of {} answers are wrong, {} of them at edges",
         built.name, total.all, total.rays, total.at_edges
     ));
-    // Examples are enough.
+    // A few examples are enough.
     let ours = is_kinetree(built);
     let shown = notes.len().min(if ours { 3 } else { 1 });
     notes[..shown].iter().for_each(|note| log.say(note));
     checked.some_engine_differs |= total.elsewhere() > 0;
-    // Single precision is not held to what only the watertight test promises.
+    // `Precision::Fast` does not promise what the watertight test does.
     checked.kinetree_is_wrong |= ours && !built.name.ends_with(FAST_PRECISION_SUFFIX) && total.elsewhere() > 0;
 }
 
-/// Asks an entrant in every way in which it is going to be timed.
+/// Calls an engine in every way in which it will be timed.
 ///
 /// # Errors
-/// A sentence, when it panics.
+/// A sentence, if the engine panics.
 fn collect_answers(
     sets: &[RaySet],
     expected: &[Vec<Answer>],
@@ -220,7 +219,7 @@ fn collect_answers(
     Ok(all)
 }
 
-/// `None` when it panics.
+/// The answers to a set of rays; `None` if the engine panics.
 fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<EngineAnswer>> {
     let ask = || match set.kind.question() {
         Question::Closest => {
@@ -278,7 +277,7 @@ mod tests {
         (scene, reference, sets)
     }
 
-    /// Every engine that can be had here, in every way in which it is timed.
+    /// Every engine that is available here, in every way in which it is timed.
     #[test]
     fn every_engine_agrees_on_a_small_scene() {
         let text =
@@ -299,7 +298,7 @@ mod tests {
         assert_eq!(embree_costs.count(), embree.count());
     }
 
-    /// A tree that sees nothing.
+    /// A tree that reports misses only.
     struct Blind;
 
     impl engine::Tree for Blind {
@@ -312,7 +311,7 @@ mod tests {
         }
     }
 
-    /// The reference says of every tenth ray that it misses.
+    /// Every tenth hit of the reference is replaced by a miss.
     #[test]
     fn where_the_reference_is_wrong_it_is_blamed_and_not_who_knows_better() {
         let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";

@@ -1,4 +1,4 @@
-//! How cost grows with the number of triangles: builds and rays on terrain.
+//! How build and trace times grow with the number of triangles, on terrain.
 
 use super::budget::Budget;
 use super::log::Log;
@@ -12,11 +12,12 @@ use crate::rays::{self, Kind};
 use crate::report::{self, Record};
 use crate::scene::SceneChoice;
 
-/// Triangles of the series.
+/// The numbers of triangles of the series.
 const FULL: [usize; 4] = [10_000, 100_000, 1_000_000, 4_000_000];
 const QUICK: [usize; 3] = [10_000, 40_000, 160_000];
 
-/// Builds and traces the series with ours and with the leading others; the report says how the time per triangle grows.
+/// Builds and traces the series with kinetree, Embree and tinybvh; the report says how the time per
+/// triangle grows.
 pub(crate) fn run(
     engines: &[Box<dyn Engine>],
     plan: &Plan,

@@ -1,4 +1,4 @@
-//! Engines may panic, and the others are measured all the same.
+//! Keeps a panic of one engine from ending the run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -1,4 +1,4 @@
-//! The engines of a case with their trees.
+//! The engines that take part in a case, with their trees.
 
 use super::budget::{Budget, build_only_key};
 use super::guarded::guarded;
@@ -19,23 +19,24 @@ pub(crate) struct BuiltEngine {
     pub(crate) instructions: String,
     /// What the tree was built for.
     pub(crate) class: Class,
-    /// Whether it promises that no ray slips between triangles.
+    /// Whether the engine promises watertight hits.
     pub(crate) robust: bool,
     /// The tree.
     pub(crate) tree: Box<dyn Tree>,
 }
 
-/// An engine's name with that of a batch of its.
+/// The name of an engine with the suffix of one of its batches.
 pub(crate) fn named(engine: &str, suffix: &str) -> String {
     format!("{engine} {suffix}").trim_end().to_owned()
 }
 
-/// Whether a comparison without this engine says nothing.
+/// Whether this is an engine without which a comparison is pointless.
 fn is_core(engine: &str) -> bool {
     ["kinetree fast", "embree medium", "tinybvh"].contains(&engine)
 }
 
-/// Whether the engines without which a comparison says nothing can be built in time; otherwise it is said that they cannot.
+/// Whether the engines without which a comparison is pointless can be built in time; if not, the
+/// log says so.
 pub(crate) fn is_possible(
     case: &str,
     engines: &[&dyn Engine],
@@ -51,11 +52,11 @@ pub(crate) fn is_possible(
     predicted <= seconds
 }
 
-/// The most triangles of trees that are built once more only to be told their cost, in a hurry.
+/// The largest scene, in triangles, that a quick run builds once more to learn the cost of a tree.
 const MAX_TRIANGLES_FOR_COST: usize = 700_000;
 
-/// Builds a tree with each engine, on one thread, and weighs it. Who cannot, or would take longer than `seconds` for all together, is left
-/// out, and it is said why.
+/// Builds a tree with each engine on one thread and records its memory. Engines that fail are left
+/// out, and so are those whose predicted time exceeds what remains of `seconds`; the log says why.
 pub(crate) fn build(
     case: &str,
     engines: &[&dyn Engine],

@@ -1,4 +1,4 @@
-//! What a run says, kept for the file.
+//! The log of a run: printed, and kept for the results.
 
 use std::time::Instant;
 
@@ -23,7 +23,7 @@ impl Log {
         self.text.push('\n');
     }
 
-    /// Says how long a part took, since the last one.
+    /// Logs the time since the previous call, as the duration of this part.
     pub(crate) fn took(&mut self, part: &str) {
         self.say(&format!("  [{part}: {:.1} s]", self.since.elapsed().as_secs_f64()));
         self.since = Instant::now();

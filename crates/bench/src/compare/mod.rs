@@ -1,4 +1,4 @@
-//! The whole comparison: case by case, answers before times.
+//! The whole comparison, case by case: first the answers, then the times.
 
 mod budget;
 mod builds;
@@ -31,7 +31,7 @@ use crate::rays;
 use crate::report::{self, Record};
 use crate::scene::PinholeCamera;
 
-/// Compares, and tells whether all answers of ours were right.
+/// Runs the comparison; true if all answers of kinetree were right.
 ///
 /// # Errors
 /// A scene that cannot be opened, or results that cannot be written.
@@ -60,7 +60,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
     Ok(!record.kinetree_is_wrong)
 }
 
-/// In this process.
+/// Measures all cases in this process.
 fn measure(options: &Options, log: &mut Log) -> Result<Record, Failure> {
     let plan = Plan::of(options);
     let mut budget = Budget::new(options.quick);
@@ -93,12 +93,12 @@ fn cases(options: &Options) -> Result<Vec<Case>, Failure> {
         cases.push(Case::of_file(path)?);
     }
     cases.retain(|case| options.case.is_empty() || options.case.contains(&case.name));
-    // The largest last: by then it is known how long builds take.
+    // The largest last: by then, build times can be predicted.
     cases.sort_by(|a, b| weight(a).total_cmp(&weight(b)));
     Ok(cases)
 }
 
-/// How much of a quick run's time a case is given.
+/// The weight of a case when the time of a quick run is shared out.
 fn weight(case: &Case) -> f64 {
     if matches!(case.scene, crate::scene::SceneChoice::Race { .. }) { 4.0 } else { 1.0 }
 }
@@ -127,7 +127,7 @@ fn one_case(
     log.say(&format!("  seen from {}", scene.camera));
     let trace = |rays: &[Ray]| reference.closest(&scene.soup, rays);
     let sets = rays::sets(&scene, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
-    // Should time run out, it does so for those who matter less.
+    // If time runs out, the less important engines are left out.
     wanted.sort_by_key(|engine| urgency(*engine));
     let from = record.rows.len();
     let soup = &scene.soup;
@@ -155,7 +155,7 @@ fn one_case(
     Ok(())
 }
 
-/// First those that the goals are about.
+/// The order of engines: those that the goals are about come first.
 fn urgency(engine: &dyn Engine) -> u32 {
     let leading = ["kinetree", "embree", "tinybvh"].iter().any(|start| engine.name().starts_with(start));
     u32::from(!leading) * 2 + u32::from(engine.class() == Class::Best)

@@ -1,4 +1,4 @@
-//! What `compare` can be told on the command line.
+//! The command line options of `compare`.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,8 @@ use crate::level;
 pub(crate) struct Options {
     /// More scenes (.glb, .gltf) or case files (.toml), beside those that come with the program
     pub(super) scenes: Vec<PathBuf>,
-    /// Forces every engine that can to these instructions: scalar, avx2, avx512 or neon [default: the best of this machine]
+    /// Forces every engine that can be forced to these instructions: scalar, avx2, avx512 or neon
+    /// [default: the best of this machine]
     #[arg(long, value_name = "LEVEL", value_parser = level::named)]
     pub(crate) level: Option<Level>,
     /// Fewer rays and rounds: ends within five minutes
@@ -26,28 +27,30 @@ pub(crate) struct Options {
     /// Only cases with these names
     #[arg(long, value_name = "NAME")]
     pub(super) case: Vec<String>,
-    /// Only engines whose names begin so
+    /// Only engines whose names begin with this
     #[arg(long, value_name = "NAME")]
     pub(super) engine: Vec<String>,
     /// Rounds of measurement in each process [default: 9, or 5 when quick]
     #[arg(long)]
     pub(super) rounds: Option<usize>,
-    /// Measures all of it so many times, each in a process of its own, for bounds that count what differs between processes
+    /// Repeats the measurement in this many processes, so that the bounds include what differs
+    /// between processes
     #[arg(long, default_value_t = 1, value_name = "NUMBER")]
     pub(super) processes: usize,
     /// Only rays: no builds, refits or growth
     #[arg(long)]
     pub(super) rays_only: bool,
-    /// No growth of cost with the number of triangles, which is measured unless cases are picked by name
+    /// Skips the growth of times with the number of triangles, which is measured unless cases are
+    /// picked by name
     #[arg(long)]
     pub(super) no_growth: bool,
-    /// Keeps table, rows and chart in a folder of the machine's name and the level within this one, too
+    /// Also writes log, rows and chart to a folder named after machine and level within this one
     #[arg(long, value_name = "FOLDER")]
     pub(super) results: Option<PathBuf>,
-    /// Where a process leaves what it has measured for the one that started it
+    /// The file in which a child process leaves its measurements for its parent
     #[arg(long, hide = true, value_name = "FILE")]
     pub(super) part: Option<PathBuf>,
-    /// Which process it is, the first being 0
+    /// The index of this child process
     #[arg(long, hide = true, default_value_t = 0)]
     pub(super) number: usize,
 }

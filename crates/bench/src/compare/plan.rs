@@ -4,20 +4,21 @@ use super::options::Options;
 use crate::machine;
 use crate::measure::rounds::Rounds;
 
-/// The most triangles that are refitted, or built by several threads, in a quick run.
+/// The largest scene, in triangles, that a quick run refits, or builds on several threads.
 pub(super) const QUICK_TRIANGLES: usize = 700_000;
 
-/// What all parts of a comparison need to know.
+/// Settings that all parts of a comparison share.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plan {
     pub(super) quick: bool,
-    /// Whether this is the first process: what is always the same is done in that one only.
+    /// Whether this is the first process. Checks whose outcome is the same in every process run
+    /// only in the first.
     pub(super) first: bool,
-    /// Of rays.
+    /// Rounds of tracing.
     pub(super) rounds: Rounds,
-    /// Of builds and refits, which take longer.
+    /// Rounds of builds and refits, which take longer.
     pub(super) builds: Rounds,
-    /// All that the machine has.
+    /// The number of threads that the machine has.
     pub(super) threads: usize,
 }
 
@@ -25,13 +26,13 @@ impl Plan {
     pub(super) fn of(options: &Options) -> Self {
         let rounds = options.rounds.unwrap_or(if options.quick { 5 } else { 9 }).max(1);
         let seconds = f64::INFINITY;
-        // Of those who are far behind, three rounds in all are enough.
+        // Three rounds in all are enough for engines that are far behind.
         let behind = if options.quick || options.processes > 1 { 1 } else { rounds.min(3) };
         Self {
             quick: options.quick,
             first: options.number == 0,
             rounds: Rounds { full: rounds, behind, seconds, warm_up: true },
-            // Every tree has been built once before.
+            // No warm-up: every tree has been built once before.
             builds: Rounds {
                 full: if options.quick { rounds.min(3) } else { rounds },
                 behind,

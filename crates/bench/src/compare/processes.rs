@@ -1,4 +1,5 @@
-//! The same comparison in several processes, one after another: where memory happens to lie is the same for all rounds of a process, and shifts them all.
+//! Repeats a comparison in several processes, one after another. The layout of memory is the same
+//! for all rounds of a process, and shifts all of their times.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -6,10 +7,10 @@ use std::process::Command;
 use crate::failure::Failure;
 use crate::report::Record;
 
-/// Runs this program once more for each process, with the same arguments, and joins what they have measured.
+/// Runs this program once per process with the same arguments, and joins their measurements.
 ///
 /// # Errors
-/// A process that cannot be started, fails, or leaves nothing readable.
+/// A process that cannot be started, fails, or leaves no readable results.
 pub(crate) fn run(processes: usize) -> Result<Record, Failure> {
     let program = std::env::current_exe()?;
     let mut all = Record::default();
@@ -27,12 +28,12 @@ pub(crate) fn run(processes: usize) -> Result<Record, Failure> {
     Ok(all)
 }
 
-/// A file that goes when it has been read.
+/// A temporary file, removed when dropped.
 struct Part(PathBuf);
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Where it cannot be removed, it lies among other temporary files.
+        // If it cannot be removed, it stays among other temporary files.
         let _ = std::fs::remove_file(&self.0);
     }
 }

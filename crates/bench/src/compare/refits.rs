@@ -1,4 +1,4 @@
-//! Refits: vertices sway, trees follow.
+//! Times refits to slightly moved vertices.
 
 use super::guarded::guarded;
 use super::log::Log;
@@ -12,10 +12,11 @@ use crate::measure::rounds::{Rounds, in_turn};
 use crate::report::{Metric, Row, UNINDEXED};
 use crate::soup::Soup;
 
-/// How far vertices sway, as a part of the scene's size.
+/// How far vertices move, relative to the size of the scene.
 const SWAY: f32 = 1e-4;
 
-/// Times every engine that can refit, with shared vertices and, in full runs, with three for each triangle. Each takes about `seconds`.
+/// Times every engine that can refit, with shared vertices and, in full runs, with three vertices
+/// for each triangle. Each of the two takes about `seconds`.
 pub(crate) fn run(
     case: &str,
     plan: &Plan,
@@ -62,7 +63,7 @@ pub(crate) fn run(
     Ok(())
 }
 
-/// Every vertex a little aside, neighbours alike.
+/// The positions with every vertex moved a little; neighbouring vertices move alike.
 fn sway(soup: &Soup, sign: f32) -> Vec<[f32; 3]> {
     let bounds = soup.bounds();
     let size = bounds.extent().into_iter().fold(0.0, f32::max);

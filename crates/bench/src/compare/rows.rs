@@ -17,7 +17,7 @@ pub(crate) fn time_row(
     row(case, engine, metric, threads, Unit::Time).with_times(times)
 }
 
-/// Rows about memory: what the finished tree holds, and the most at a time.
+/// Rows about memory: the size of the finished tree, and the peak of the build.
 pub(crate) fn memory_rows(
     case: &str,
     engine: &dyn Engine,
@@ -31,7 +31,8 @@ pub(crate) fn memory_rows(
         Row { median: each, min: each, max: each, ..row(case, engine, metric, 1, Unit::Bytes) }
     };
     let bytes = facts.bytes.unwrap_or(heap_use.after);
-    // An engine in another language keeps its own count, or has none: then the allocator of this program has seen nothing.
+    // An engine in another language counts its memory itself, or not at all; the allocator of this
+    // program does not see it.
     let peak = facts.peak.or((heap_use.peak >= bytes).then_some(heap_use.peak));
     let mut rows = vec![number(Metric::Memory, bytes)];
     rows.extend(peak.map(|peak| number(Metric::PeakMemory, peak)));

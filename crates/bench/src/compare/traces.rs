@@ -1,4 +1,4 @@
-//! Rays: everybody in turn, on one core, then on all.
+//! Times rays: engines take turns, on one core and then on all.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -20,10 +20,10 @@ use crate::ray::{Answer, Ray};
 use crate::rays::{Kind, Question, RaySet};
 use crate::report::{Metric, PerRay, Row, Unit};
 
-/// Rays that a thread takes at a time when several work: whole tiles.
+/// The number of rays that a thread takes at a time when several trace: whole tiles.
 const CHUNK: usize = 1024;
 
-/// Times every entrant on every set.
+/// Times every engine on every set.
 pub(crate) fn run(
     case: &Case,
     plan: &Plan,
@@ -34,7 +34,7 @@ pub(crate) fn run(
     log: &mut Log,
     rows: &mut Vec<Row>,
 ) {
-    // Half of the time for answers on all threads, which few sets are asked for.
+    // One third of the time is for all threads, which only a few sets are traced on.
     let seconds = seconds / (1.5 * sets.len().max(1) as f64);
     for set in sets {
         let work: BTreeMap<String, PerRay> =
@@ -62,12 +62,12 @@ fn scales(kind: Kind, quick: bool) -> bool {
     kind == Kind::Primary || kind == Kind::Diffuse && !quick
 }
 
-/// How much work the rays of a set are, each by itself, where the engine can tell.
+/// Counts the work of a set of rays traced one by one, if the engine can count it.
 fn count(set: &RaySet, built: &BuiltEngine, log: &mut Log) -> Option<PerRay> {
     let work = built.tree.count(&set.rays, set.kind.question())?;
     let each = |count: u64| count as f64 / set.rays.len() as f64;
     let (nodes, blocks) = (each(work.nodes), each(work.blocks));
-    // Both are made of whole lines and stand at the beginning of one.
+    // Both types consist of whole cache lines and are aligned to them.
     let (node, block) = (size_of::<WideNode>() as f64 / LINE, size_of::<TriangleBlock>() as f64 / LINE);
     let per_ray = PerRay { nodes, blocks, triangles: each(work.triangles), lines: nodes * node + blocks * block };
     log.say(&format!(
@@ -83,7 +83,7 @@ fn count(set: &RaySet, built: &BuiltEngine, log: &mut Log) -> Option<PerRay> {
 /// Bytes of a cache line.
 const LINE: f64 = 64.0;
 
-/// An entrant, and how it is given rays.
+/// An engine, and how rays are handed to it.
 struct Contender<'a> {
     built: &'a BuiltEngine,
     batch: Option<(&'a dyn Batch, Coherence)>,
@@ -100,7 +100,7 @@ fn contenders<'a>(set: &RaySet, lineup: &'a [BuiltEngine]) -> Vec<Contender<'a>>
     all
 }
 
-/// Where answers go.
+/// Answers of a round, allocated before the clock starts.
 struct AnswerBuffers {
     answers: Vec<Answer>,
     blocked: Vec<bool>,
@@ -142,7 +142,8 @@ impl Contender<'_> {
         }
     }
 
-    /// How many rays a thread takes at a time: of a batch in an order of the engine's own, its whole share, since the order is what it is about.
+    /// The number of rays that a thread takes at a time. For a batch that sorts its rays it is the
+    /// whole share of the thread, since sorting is what is measured.
     fn chunk(&self, set: &RaySet, threads: usize) -> usize {
         match self.batch {
             Some((batch, _)) if batch.mode() == Mode::Batch => set.rays.len().div_ceil(threads).next_multiple_of(64),
@@ -150,7 +151,7 @@ impl Contender<'_> {
         }
     }
 
-    /// Without numbers.
+    /// A row without numbers.
     fn row(&self, case: &Case, set: &RaySet, threads: usize) -> Row {
         let (suffix, mode) = self.batch.map_or(("", Mode::Single), |(batch, _)| (batch.suffix(), batch.mode()));
         Row {
@@ -176,7 +177,7 @@ impl Contender<'_> {
     }
 }
 
-/// On one core.
+/// Runs and times a job on one core.
 fn on_one_core(job: impl FnOnce()) -> Elapsed {
     let _here = Pinned::to(0);
     let watch = Stopwatch::start(ClockScope::Thread);
@@ -184,7 +185,8 @@ fn on_one_core(job: impl FnOnce()) -> Elapsed {
     watch.read()
 }
 
-/// On several threads, each on a core of its own; they take pieces as they come.
+/// Runs and times a job on several threads, each pinned to a core of its own; they take chunks from
+/// a common queue.
 fn on_threads<A: Send>(
     threads: usize,
     chunk: usize,

@@ -2,8 +2,8 @@
 //!
 //! An engine brings triangles into the form that it likes best ([`Engine::prepare`], not timed),
 //! builds a tree ([`Prepared::build`], timed) and traces sets of rays ([`Tree`]). The loop over the
-//! rays is inside the engine, so that no engine pays for a virtual call per ray; each reads the same
-//! 28 bytes and writes distance, weights, triangle and mesh.
+//! rays is inside the engine, so that no engine pays for a virtual call per ray; each reads the
+//! same 28 bytes and writes distance, weights, triangle and mesh.
 
 use kinetree::{Coherence, Work};
 
@@ -33,7 +33,8 @@ pub(crate) trait Engine {
     /// What its trees are for.
     fn class(&self) -> Class;
 
-    /// The instructions that it runs with: the level that it was forced to, or [`OWN_BUILD`] where it has no switch.
+    /// The instructions that it runs with: the level that it was forced to, or [`OWN_BUILD`] where
+    /// it has no switch.
     fn instructions(&self) -> &str {
         OWN_BUILD
     }
@@ -43,7 +44,8 @@ pub(crate) trait Engine {
         false
     }
 
-    /// Whether another setting of the same engine builds the very same trees, so that timing this one as well would say nothing new.
+    /// Whether another setting of the same engine builds the very same trees, so that timing this
+    /// one as well would say nothing new.
     fn shares_builds(&self) -> bool {
         false
     }
@@ -65,7 +67,8 @@ pub(crate) trait Engine {
 
 /// Triangles in an engine's own form.
 pub(crate) trait Prepared {
-    /// Makes ready for another build, by as many threads as it is going to have: devices, scenes, copies that a build uses up. Not timed.
+    /// Makes ready for another build, by as many threads as it is going to have: devices, scenes,
+    /// copies that a build uses up. Not timed.
     ///
     /// # Errors
     /// What keeps it from building.
@@ -79,7 +82,8 @@ pub(crate) trait Prepared {
     /// What went wrong.
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure>;
 
-    /// The expected cost of a ray by the formula of [`Facts::cost`], where the engine tells it only on request: it builds once more.
+    /// The expected cost of a ray by the formula of [`Facts::cost`], where the engine tells it only
+    /// on request: it builds once more.
     fn measure_cost(&mut self, _pool: &ThreadPool) -> Option<f32> {
         None
     }
@@ -109,7 +113,8 @@ pub(crate) trait Tree: Send + Sync {
     }
 }
 
-/// A way of answering many rays at once. Bringing rays and answers into another order or layout is part of it.
+/// A way of answering many rays at once. Bringing rays and answers into another order or layout is
+/// part of it.
 pub(crate) trait Batch: Sync {
     /// Added to the engine's name, such as `x16`.
     fn suffix(&self) -> &'static str;
@@ -152,12 +157,14 @@ pub(crate) trait Refit {
 /// What is known about a tree.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Facts {
-    /// Bytes of the finished tree with its leaves; the allocator's count, when the engine does not say.
+    /// Bytes of the finished tree with its leaves; the allocator's count, when the engine does not
+    /// say.
     pub(crate) bytes: Option<usize>,
     /// The most bytes at a time while it was built, when the engine keeps its own count.
     pub(crate) peak: Option<usize>,
-    /// Expected cost of a ray: wide nodes and blocks of triangles, each weighed by its area over the root's and by nothing else, as Embree's own
-    /// formula has it. Of engines that do not tell about their wide trees: binary nodes and triangles.
+    /// Expected cost of a ray: wide nodes and blocks of triangles, each weighed by its area over
+    /// the root's and by nothing else, as Embree's own formula has it. Of engines that do not tell
+    /// about their wide trees: binary nodes and triangles.
     pub(crate) cost: Option<f32>,
     /// Summed area of the common boxes of siblings over the root's.
     pub(crate) overlap: Option<f32>,

@@ -241,7 +241,8 @@ thread_local! {
     static BUFFERS: RefCell<BatchBuffers> = RefCell::default();
 }
 
-/// How many rays are brought into our form at a time: as others do, no more than caches hold, unless they are to be sorted.
+/// How many rays are brought into our form at a time: as others do, no more than caches hold,
+/// unless they are to be sorted.
 fn block_length(coherence: Coherence) -> usize {
     if coherence == Coherence::Incoherent { BLOCK } else { 1024 }
 }
@@ -264,7 +265,8 @@ impl Refit for Refitter {
     }
 }
 
-/// The answers that rays are made from and that all engines are held against, as far as they have been checked themselves: a tree of ours.
+/// The answers that rays are made from and that all engines are held against, as far as they have
+/// been checked themselves: a tree of ours.
 pub(crate) struct Reference(BuiltTree);
 
 impl Reference {

@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use crate::ray::Ray;
 
-/// Distance and weights of the second and third corner, wherever the ray's line meets the triangle at `t >= 0`; both sides count.
+/// Distance and weights of the second and third corner, wherever the ray's line meets the triangle
+/// at `t >= 0`; both sides count.
 #[inline]
 pub(crate) fn hit(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f32, f32, f32)> {
     let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));

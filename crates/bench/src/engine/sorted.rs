@@ -1,11 +1,13 @@
-//! Another engine's single calls on rays in our order: what sorting is worth by itself. The sort, the fetching and the putting away are part of it.
+//! Another engine's single calls on rays in our order: what sorting is worth by itself. The sort,
+//! the fetching and the putting away are part of it.
 
 use kinetree::Aabb;
 use kinetree::query::sort::{BLOCK, FETCHED, Sorter};
 
 use crate::ray::{Answer, Ray};
 
-/// Sorts rays of a scene within these bounds block by block, and has them traced some at a time, as our own batches are.
+/// Sorts rays of a scene within these bounds block by block, and has them traced some at a time, as
+/// our own batches are.
 pub(crate) fn in_our_order<A: Copy>(
     bounds: Aabb,
     rays: &[Ray],

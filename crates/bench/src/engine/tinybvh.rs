@@ -1,8 +1,10 @@
-//! tinybvh, by Jacco Bikker, through the crate `tinybvh-rs`: its eight-wide tree for processors with AVX2, from both of its builders.
+//! tinybvh, by Jacco Bikker, through the crate `tinybvh-rs`: its eight-wide tree for processors
+//! with AVX2, from both of its builders.
 //!
-//! The crate builds the trees. The two calls that trace them are declared here, because the crate offers the one only to programs that are
-//! compiled for AVX2 as a whole, the other not at all, and because its ray is shorter than the one that the C++ side writes to
-//! (so its constructor must not be called).
+//! The crate builds the trees. The two calls that trace them are declared here, because the crate
+//! offers the one only to programs that are compiled for AVX2 as a whole, the other not at all, and
+//! because its ray is shorter than the one that the C++ side writes to (so its constructor must not
+//! be called).
 
 use std::ffi::c_void;
 
@@ -29,7 +31,8 @@ pub(crate) fn variants() -> Result<Vec<Box<dyn Engine>>, Failure> {
     ])
 }
 
-/// What its C++ is compiled for: the processor of this machine, unless the compiler is told otherwise, as `.cargo/config.toml` does.
+/// What its C++ is compiled for: the processor of this machine, unless the compiler is told
+/// otherwise, as `.cargo/config.toml` does.
 pub(crate) fn compiled_for() -> &'static str {
     let told = option_env!("CXXFLAGS_x86_64_unknown_linux_gnu").unwrap_or_default();
     told.split_whitespace().rev().find_map(|flag| flag.strip_prefix("-march=")).unwrap_or("this processor")
@@ -130,7 +133,8 @@ struct BuiltTree {
     overlap: f32,
 }
 
-// SAFETY: a finished tree is only read: the calls below take it by a pointer to const, and it has no caches.
+// SAFETY: a finished tree is only read: the calls below take it by a pointer to const, and it has
+// no caches.
 unsafe impl Send for BuiltTree {}
 // SAFETY: as above.
 unsafe impl Sync for BuiltTree {}
@@ -186,8 +190,8 @@ fn engine_ray(ray: &Ray) -> CppRay {
 
 impl BuiltTree {
     fn pointer(&self) -> *const c_void {
-        // SAFETY: the crate's type is nothing but a unique pointer, which is nothing but a pointer; its size is asserted above. It is
-        // read, and the tree keeps it.
+        // SAFETY: the crate's type is nothing but a unique pointer, which is nothing but a pointer;
+        // its size is asserted above. It is read, and the tree keeps it.
         unsafe { *std::ptr::from_ref(&self.tree).cast::<*const c_void>() }
     }
 }
@@ -197,7 +201,8 @@ impl Tree for BuiltTree {
         let tree = self.pointer();
         for (ray, slot) in rays.iter().zip(answers) {
             let mut query = engine_ray(ray);
-            // SAFETY: the tree is alive and finished, the ray has the layout of the C++ side, and AVX2 was found before there was an engine.
+            // SAFETY: the tree is alive and finished, the ray has the layout of the C++ side, and
+            // AVX2 was found before there was an engine.
             unsafe { intersect(tree, &mut query) };
             let CppRay { t, u, v, primitive, hit_instance: mesh, .. } = query;
             *slot = if primitive == Answer::NOTHING { Answer::MISS } else { Answer { t, u, v, primitive, mesh } };

@@ -1,4 +1,5 @@
-//! Bytes that a build holds: counted by the allocator of this program, and by the C library's for engines in C++.
+//! Bytes that a build holds: counted by the allocator of this program, and by the C library's for
+//! engines in C++.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Mutex;
@@ -20,7 +21,8 @@ fn add(bytes: isize) {
     }
 }
 
-// SAFETY: every call goes to the system's allocator as it came; counting touches no memory but three atomics.
+// SAFETY: every call goes to the system's allocator as it came; counting touches no memory but
+// three atomics.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         add(layout.size() as isize);
@@ -87,7 +89,8 @@ mod tests {
 
     #[test]
     fn what_is_held_and_what_was_held_are_told_apart() {
-        // Capacities alone: nobody touches the bytes. Other tests allocate meanwhile, but not nearly as much.
+        // Capacities alone: nobody touches the bytes. Other tests allocate meanwhile, but not
+        // nearly as much.
         let (kept, heap_use) = count(|| {
             drop(Vec::<u8>::with_capacity(400_000_000));
             Vec::<u8>::with_capacity(100_000_000)

@@ -16,14 +16,15 @@ enum Threads {
 }
 
 impl Pinned {
-    /// This thread, to the `number`-th core of those that it may use; it begins again when there are fewer. When the system refuses, the thread goes
-    /// on unpinned. Threads that are started meanwhile would stay there too, so none are.
+    /// This thread, to the `number`-th core of those that it may use; it begins again when there
+    /// are fewer. When the system refuses, the thread goes on unpinned. Threads that are started
+    /// meanwhile would stay there too, so none are.
     pub(crate) fn to(number: usize) -> Self {
         Self::pin(Threads::Caller, number)
     }
 
-    /// All threads of this process likewise, and those that are started meanwhile: one that only waits for another, spinning, would else slow it down where two cores
-    /// are halves of one.
+    /// All threads of this process likewise, and those that are started meanwhile: one that only
+    /// waits for another, spinning, would else slow it down where two cores are halves of one.
     pub(crate) fn all_to(number: usize) -> Self {
         Self::pin(Threads::All, number)
     }

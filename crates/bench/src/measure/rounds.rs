@@ -18,9 +18,10 @@ pub(crate) struct Rounds {
 /// Who takes so many times as much work of processors as the fastest is far behind.
 const FAR_BEHIND: f64 = 6.0;
 
-/// Runs `count` contenders round by round; each round begins with another one. The first round tells who is far behind; where one round of
-/// those is enough, it counts for them, warm-up or not. `run` gives `None` when the contender has failed, and is not asked again. The times
-/// of each contender, round by round.
+/// Runs `count` contenders round by round; each round begins with another one. The first round
+/// tells who is far behind; where one round of those is enough, it counts for them, warm-up or not.
+/// `run` gives `None` when the contender has failed, and is not asked again. The times of each
+/// contender, round by round.
 pub(crate) fn in_turn(
     count: usize,
     rounds: Rounds,

@@ -22,12 +22,14 @@ impl Spread {
     }
 }
 
-/// Logarithms of a ratio, by process and by round. What was measured in the same round of the same process is a pair.
+/// Logarithms of a ratio, by process and by round. What was measured in the same round of the same
+/// process is a pair.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct LogRatios(Vec<Vec<f64>>);
 
 impl LogRatios {
-    /// How many times faster the one with the times `ours` is than the one with the times `others`, pair by pair.
+    /// How many times faster the one with the times `ours` is than the one with the times `others`,
+    /// pair by pair.
     pub(crate) fn of_times(ours: &[Vec<f64>], others: &[Vec<f64>]) -> Self {
         let process = |(ours, others): (&Vec<f64>, &Vec<f64>)| {
             let pairs = ours.iter().zip(others).filter(|(a, b)| **a > 0.0 && **b > 0.0);
@@ -76,13 +78,15 @@ impl LogRatios {
 
 /// A ratio of two engines, paired round by round.
 ///
-/// The bounds are Student's for the mean of logarithms: of the means of the processes when there are several, since what differs between
-/// processes (where memory lies) is the same for all rounds of one; of the rounds when there is one process only.
+/// The bounds are Student's for the mean of logarithms: of the means of the processes when there
+/// are several, since what differs between processes (where memory lies) is the same for all rounds
+/// of one; of the rounds when there is one process only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ratio {
     /// Geometric mean.
     pub(crate) mean: f64,
-    /// It is larger than the first with a chance of 95 %, and smaller than the second with the same; `None` when it was measured once.
+    /// It is larger than the first with a chance of 95 %, and smaller than the second with the
+    /// same; `None` when it was measured once.
     pub(crate) bounds: Option<(f64, f64)>,
 }
 
@@ -90,7 +94,8 @@ fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len() as f64
 }
 
-/// What Student's variable with so many degrees of freedom stays below in 95 of 100 cases (Student 1908, "The probable error of a mean").
+/// What Student's variable with so many degrees of freedom stays below in 95 of 100 cases (Student
+/// 1908, "The probable error of a mean").
 fn student(freedom: usize) -> f64 {
     const TABLE: [f64; 12] = [6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833, 1.812, 1.796, 1.782];
     match freedom {

@@ -7,7 +7,8 @@ use crate::rng::Rng;
 use crate::scene::PinholeCamera;
 use crate::soup::Soup;
 
-/// How far a ray starts off the surface, as a fraction of its coordinates and of the way of the ray before.
+/// How far a ray starts off the surface, as a fraction of its coordinates and of the way of the ray
+/// before.
 const OFFSET: f32 = 2e-5;
 
 /// Where rays ended: a point just off the surface, and the normal on the side they came from.
@@ -50,7 +51,8 @@ impl HitPoints {
     }
 }
 
-/// A light up and to the right of the camera, by a third of the usual distance: in a room, within the room as a rule.
+/// A light up and to the right of the camera, by a third of the usual distance: in a room, within
+/// the room as a rule.
 pub(crate) fn light(camera: &PinholeCamera, hit_points: &HitPoints) -> Vec3 {
     let mut distances: Vec<f32> = hit_points.0.iter().map(|(point, _)| point.distance(camera.position)).collect();
     distances.sort_unstable_by(f32::total_cmp);

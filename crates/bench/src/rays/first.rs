@@ -10,7 +10,8 @@ use crate::soup::Soup;
 /// Pixels along the side of a tile.
 const TILE: usize = 8;
 
-/// One ray through the middle of each pixel of a square picture of about `count` pixels, tile by tile.
+/// One ray through the middle of each pixel of a square picture of about `count` pixels, tile by
+/// tile.
 pub(crate) fn primary(camera: &PinholeCamera, count: usize) -> Vec<Ray> {
     let tiles = (((count as f64).sqrt() / TILE as f64).round() as usize).max(1);
     let side = tiles * TILE;

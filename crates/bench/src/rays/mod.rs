@@ -90,8 +90,8 @@ pub(crate) struct RaySet {
     pub(crate) rays: Vec<Ray>,
 }
 
-/// Makes the sets that are asked for, of about as many rays as `count` says of each. `trace` finds where rays end; a set whose rays would have to start
-/// somewhere that nothing was hit is left out.
+/// Makes the sets that are asked for, of about as many rays as `count` says of each. `trace` finds
+/// where rays end; a set whose rays would have to start somewhere that nothing was hit is left out.
 pub(crate) fn sets(
     scene: &BenchScene,
     kinds: &[Kind],

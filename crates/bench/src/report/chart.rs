@@ -1,4 +1,5 @@
-//! The chart: bars for single calls on one thread, written as SVG by hand. Its colours follow the reader's choice of light or dark.
+//! The chart: bars for single calls on one thread, written as SVG by hand. Its colours follow the
+//! reader's choice of light or dark.
 
 use std::fmt::Write as _;
 
@@ -24,7 +25,8 @@ const STYLE: &str = "<style>\
     .ours { fill: #e8697a } .robust { fill: #5783b8 } .other { fill: #6e7781 } }\
     </style>";
 
-/// A panel per case and kind of rays; a bar per engine with the range of its rounds. Bars of a panel share a scale.
+/// A panel per case and kind of rays; a bar per engine with the range of its rounds. Bars of a
+/// panel share a scale.
 pub(crate) fn chart(rows: &[Row], title: &str) -> String {
     let mut cases: Vec<&str> = Vec::new();
     for row in rows.iter().filter(|row| row.metric == Metric::Trace && !row.case.starts_with(GROWTH)) {

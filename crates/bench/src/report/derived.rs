@@ -82,7 +82,8 @@ impl Record {
         self.cases().iter().filter_map(find).collect()
     }
 
-    /// The time to an image of `each` rays per triangle, tree included: the best setting of ours against the best of the others.
+    /// The time to an image of `each` rays per triangle, tree included: the best setting of ours
+    /// against the best of the others.
     pub(super) fn images(&self, each: f64, robust: bool) -> Vec<CaseRatio> {
         let time = |case: &str, engine: &str| {
             let build = self.build(case, engine, 1).or_else(|| self.build(case, base(engine), 1))?;
@@ -110,7 +111,8 @@ impl Record {
         self.cases().iter().filter_map(find).collect()
     }
 
-    /// How much the time of building per triangle, over the depth of a tree of fours, grows from the smallest to the largest of the series.
+    /// How much the time of building per triangle, over the depth of a tree of fours, grows from
+    /// the smallest to the largest of the series.
     pub(super) fn growth(&self, engine: &str) -> Option<CaseRatio> {
         let mut series: Vec<(usize, Vec<f64>)> = Vec::new();
         for row in

@@ -1,4 +1,5 @@
-//! The goals for speed, each with what was measured: ours over the best of the others, case by case, and the geometric mean.
+//! The goals for speed, each with what was measured: ours over the best of the others, case by
+//! case, and the geometric mean.
 
 use super::derived::base;
 use super::goal::{CaseRatio, Goal, Target};
@@ -157,7 +158,8 @@ fn thin(record: &Record, all: &mut Vec<Goal>) {
     }
 }
 
-/// What a found pair of builds is worth: how fast rays are in the trees that come out, and what the trees cost.
+/// What a found pair of builds is worth: how fast rays are in the trees that come out, and what the
+/// trees cost.
 fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>, String) {
     let traced = record.traced(case, ours, rival).and_then(|log_ratios| log_ratios.ratio()).map(|ratio| ratio.mean);
     let cost =

@@ -94,7 +94,8 @@ pub(crate) struct Row {
     pub(crate) rays: Option<Kind>,
     /// How rays were handed over; none but for traces.
     pub(crate) mode: Option<Mode>,
-    /// The instructions that the engine runs with, see [`Engine::instructions`](crate::engine::Engine::instructions).
+    /// The instructions that the engine runs with, see
+    /// [`Engine::instructions`](crate::engine::Engine::instructions).
     pub(crate) instructions: String,
     /// Whether the engine promises that no ray slips between triangles.
     pub(crate) robust: bool,
@@ -210,12 +211,14 @@ impl Row {
             && batch(self) == batch(other)
     }
 
-    /// Whether the other is its rival: the same kind of tree and, for rays, the same promise about edges.
+    /// Whether the other is its rival: the same kind of tree and, for rays, the same promise about
+    /// edges.
     pub(crate) fn is_rival(&self, other: &Self) -> bool {
         self.class == other.class && (self.robust == other.robust || self.metric != Metric::Trace)
     }
 
-    /// Whether the other is what a user of another engine would do with the same rays: one call each, where nobody else takes batches.
+    /// Whether the other is what a user of another engine would do with the same rays: one call
+    /// each, where nobody else takes batches.
     fn is_substitute(&self, other: &Self) -> bool {
         let rays_without_batches = self.mode == Some(Mode::Batch) && self.rays == Some(Kind::DiffuseShuffled);
         let same = (&self.case, self.metric, self.rays, self.threads)
@@ -223,7 +226,8 @@ impl Row {
         rays_without_batches && same
     }
 
-    /// How it does against the fastest of those that `who` picks among comparable engines of others: its row, and the paired ratio.
+    /// How it does against the fastest of those that `who` picks among comparable engines of
+    /// others: its row, and the paired ratio.
     pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, LogRatios)> {
         let others = rows.iter().filter(|row| {
             !row.is_kinetree()

@@ -26,7 +26,8 @@ impl BenchScene {
         Self { camera: PinholeCamera::frame(&soup), soup }
     }
 
-    /// Narrows the angle of view until most of the picture shows something, or as far as that helps: rays that leave the scene at once measure nothing.
+    /// Narrows the angle of view until most of the picture shows something, or as far as that
+    /// helps: rays that leave the scene at once measure nothing.
     pub(crate) fn narrow_view(&mut self, trace: &dyn Fn(&Soup, &[Ray]) -> Vec<Answer>) {
         let seen = |camera: &PinholeCamera| {
             let rays = preview_rays(camera);

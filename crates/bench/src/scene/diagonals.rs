@@ -1,4 +1,5 @@
-//! Long thin triangles at random angles in a box: the worst that a tree of boxes can be given without malice.
+//! Long thin triangles at random angles in a box: the worst that a tree of boxes can be given
+//! without malice.
 
 use glam::Vec3;
 

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-/// A sphere of radius one about the origin, an octahedron whose faces are divided `cuts` times along each edge: `8 * cuts * cuts` triangles.
+/// A sphere of radius one about the origin, an octahedron whose faces are divided `cuts` times
+/// along each edge: `8 * cuts * cuts` triangles.
 pub(crate) fn sphere(cuts: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let cuts = cuts.max(1);
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());

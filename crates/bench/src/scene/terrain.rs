@@ -1,4 +1,5 @@
-//! Hills with spheres strewn over them: large even triangles beside small ones, and a camera that stands in the middle of it.
+//! Hills with spheres strewn over them: large even triangles beside small ones, and a camera that
+//! stands in the middle of it.
 
 use glam::Vec3;
 

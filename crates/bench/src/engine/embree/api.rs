@@ -74,7 +74,8 @@ pub(super) struct RtcRay {
     pub(super) flags: c_uint,
 }
 
-/// `RTCRayHit`. Its last members depend on how the library was compiled; room is left for both ways.
+/// `RTCRayHit`. Its last members depend on how the library was compiled; room is left for both
+/// ways.
 #[repr(C, align(16))]
 pub(super) struct RtcRayHit {
     pub(super) ray: RtcRay,
@@ -88,7 +89,8 @@ pub(super) struct RtcRayHit {
 
 const _: () = assert!(size_of::<RtcRay>() == 48 && size_of::<RtcRayHit>() == 96);
 
-/// `RTCRayHitN` for `N` rays side by side. Occlusion reads and writes the part of the ray, which comes first.
+/// `RTCRayHitN` for `N` rays side by side. Occlusion reads and writes the part of the ray, which
+/// comes first.
 #[repr(C, align(64))]
 pub(super) struct Packet<const N: usize> {
     pub(super) origin: [[f32; N]; 3],
@@ -115,8 +117,9 @@ pub(super) type TraceN = unsafe extern "C" fn(*const c_int, Handle, *mut c_void,
 /// Declares the table of functions, and how it is filled from the library.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: $kind:ty),+ $(,)?) => {
-        /// The functions that are called. They stay valid for ever: the library is never closed, because its threads outlive the devices
-        /// that started them, and would be left without the code that they run.
+        /// The functions that are called. They stay valid for ever: the library is never closed,
+        /// because its threads outlive the devices that started them, and would be left without the
+        /// code that they run.
         pub(super) struct Api {
             $(pub(super) $field: $kind,)+
             /// As `isa=` of every device names it; `None` for what Embree takes by itself.
@@ -167,7 +170,8 @@ functions! {
 }
 
 impl Api {
-    /// Opens the library that the environment names, or else the one that was fetched; its devices are to use these instructions.
+    /// Opens the library that the environment names, or else the one that was fetched; its devices
+    /// are to use these instructions.
     ///
     /// # Errors
     /// It is not there, cannot be opened, or is not Embree 4.
@@ -180,8 +184,8 @@ impl Api {
     }
 
     fn open_at(path: &Path, isa: Option<&'static str>) -> Result<Self, Failure> {
-        // SAFETY: what runs when Embree and its thread library are opened touches nothing but themselves. The latter lies beside it, where
-        // its own search path leads.
+        // SAFETY: what runs when Embree and its thread library are opened touches nothing but
+        // themselves. The latter lies beside it, where its own search path leads.
         Self::of(unsafe { Library::new(path)? }, isa)
     }
 }

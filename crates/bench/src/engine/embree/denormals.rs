@@ -1,6 +1,7 @@
 //! Denormal numbers count as zero, for a while.
 
-/// As long as it lives, this thread takes denormal numbers for zero and makes none. Elsewhere than on x86-64 it does nothing.
+/// As long as it lives, this thread takes denormal numbers for zero and makes none. Elsewhere than
+/// on x86-64 it does nothing.
 pub(super) struct NoDenormals {
     #[cfg(target_arch = "x86_64")]
     before: u32,
@@ -40,8 +41,9 @@ fn control() -> u32 {
 
 #[cfg(target_arch = "x86_64")]
 fn set_control(value: u32) {
-    // SAFETY: the value is one that the register held, with or without the two bits, both of which every x86-64 processor has. While they
-    // are set, this program only copies floats and compares them; Embree, which computes, asks for them.
+    // SAFETY: the value is one that the register held, with or without the two bits, both of which
+    // every x86-64 processor has. While they are set, this program only copies floats and compares
+    // them; Embree, which computes, asks for them.
     unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags)) };
 }
 

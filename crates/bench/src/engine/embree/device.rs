@@ -28,7 +28,8 @@ impl Memory {
 
 /// Embree's own calling convention for its count.
 unsafe extern "C" fn monitor(memory: *mut c_void, bytes: isize, _: bool) -> bool {
-    // SAFETY: the pointer is the one that `Device::new` gave; the device drops its count after the device itself.
+    // SAFETY: the pointer is the one that `Device::new` gave; the device drops its count after the
+    // device itself.
     let memory = unsafe { &*memory.cast::<Memory>() };
     let now = memory.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
     memory.most.fetch_max(now, Ordering::Relaxed);
@@ -83,7 +84,8 @@ impl Device {
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
     }
 
-    /// Whether packets of eight and of sixteen rays have registers of their own size, which tells what instructions the device uses.
+    /// Whether packets of eight and of sixteen rays have registers of their own size, which tells
+    /// what instructions the device uses.
     pub(super) fn native_packets(&self) -> [bool; 2] {
         // SAFETY: the device is alive.
         NATIVE.map(|property| unsafe { (self.api.device_property)(self.handle, property) } != 0)
@@ -101,7 +103,8 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: the device is alive, and this is its only owner here; scenes hold references of their own.
+        // SAFETY: the device is alive, and this is its only owner here; scenes hold references of
+        // their own.
         unsafe { (self.api.release_device)(self.handle) };
     }
 }

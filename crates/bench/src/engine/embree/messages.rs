@@ -1,9 +1,11 @@
-//! What Embree says about its trees. Only its messages tell the cost by its own formula, so they are caught on their way out.
+//! What Embree says about its trees. Only its messages tell the cost by its own formula, so they
+//! are caught on their way out.
 
 use std::io::{Read, Seek, Write};
 use std::os::fd::AsRawFd;
 
-/// Runs a job, and gives what the process writes to its standard output meanwhile. `None` when the system does not play along.
+/// Runs a job, and gives what the process writes to its standard output meanwhile. `None` when the
+/// system does not play along.
 pub(super) fn capture_output<R>(job: impl FnOnce() -> R) -> Option<(R, String)> {
     let path = std::env::temp_dir().join(format!("kinetree-bench-{}", std::process::id()));
     let mut file = std::fs::File::options().read(true).write(true).create(true).truncate(true).open(&path).ok()?;
@@ -52,7 +54,8 @@ fn flush() {
     unsafe { libc::fflush(std::ptr::null_mut()) };
 }
 
-/// The expected cost of a ray, from the message about a finished tree: `total : sah = 24.954 (100.00%), ...`.
+/// The expected cost of a ray, from the message about a finished tree: `total : sah = 24.954
+/// (100.00%), ...`.
 pub(super) fn cost(text: &str) -> Option<f32> {
     let line = text.lines().find(|line| line.trim_start().starts_with("total") && line.contains("sah ="))?;
     line.split("sah =").nth(1)?.split_whitespace().next()?.parse().ok().filter(|cost: &f32| cost.is_finite())

@@ -1,7 +1,7 @@
 //! Embree 4, Intel's ray tracer, through its C interface.
 //!
-//! As its manual asks, denormal numbers count as zero in the threads that call it: around its calls only, so that no other engine is helped
-//! or hurt by it.
+//! As its manual asks, denormal numbers count as zero in the threads that call it: around its calls
+//! only, so that no other engine is helped or hurt by it.
 
 mod api;
 mod denormals;
@@ -25,8 +25,9 @@ use crate::failure::Failure;
 use crate::level::OWN_BUILD;
 use crate::soup::Soup;
 
-/// What Embree calls a level, and which packets, of eight and of sixteen rays, fill its registers there. It has no plain code: its least is SSE2.
-/// On ARM it knows one level, which it takes by itself.
+/// What Embree calls a level, and which packets, of eight and of sixteen rays, fill its registers
+/// there. It has no plain code: its least is SSE2. On ARM it knows one level, which it takes by
+/// itself.
 fn isa(level: Level) -> (Option<&'static str>, [bool; 2]) {
     match level.name() {
         "avx512" => (Some("avx512"), [true, true]),
@@ -48,11 +49,13 @@ fn instructions(level: Level) -> &'static str {
 /// Every setting that is compared, at one level, and a sentence about version and level.
 ///
 /// # Errors
-/// The library is not there, or not the one that is needed, or was compiled without code for the level.
+/// The library is not there, or not the one that is needed, or was compiled without code for the
+/// level.
 pub(crate) fn variants(level: Level) -> Result<(Vec<Box<dyn Engine>>, String), Failure> {
     let (isa, packets) = isa(level);
     let api = Arc::new(Api::open(isa)?);
-    // Asks for its version, and finds a processor that it cannot run on before anything is measured.
+    // Asks for its version, and finds a processor that it cannot run on before anything is
+    // measured.
     let device = Device::new(&api, 1)?;
     let instructions = instructions(level);
     if isa.is_some() && device.native_packets() != packets {

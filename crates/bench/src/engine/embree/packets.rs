@@ -1,4 +1,5 @@
-//! Packets of eight or sixteen rays. Bringing rays into rows and answers out of them is part of the time.
+//! Packets of eight or sixteen rays. Bringing rays into rows and answers out of them is part of the
+//! time.
 
 use std::sync::Arc;
 
@@ -43,8 +44,8 @@ struct Valid<const N: usize>([i32; N]);
 /// Pixels along the side of a tile of primary rays.
 const TILE: usize = 8;
 
-/// The order in which a tile's rays go into packets: blocks of 4 by 4 pixels, the upper half of a block before the lower, so that packets of
-/// eight are 4 by 2.
+/// The order in which a tile's rays go into packets: blocks of 4 by 4 pixels, the upper half of a
+/// block before the lower, so that packets of eight are 4 by 2.
 const ORDER: [usize; TILE * TILE] = {
     let mut order = [0; TILE * TILE];
     let mut at = 0;
@@ -58,7 +59,8 @@ const ORDER: [usize; TILE * TILE] = {
 };
 
 impl<const N: usize> Packets<N> {
-    /// Brings packets of rays to a call, and gives each ray's number and lane in the packet afterwards.
+    /// Brings packets of rays to a call, and gives each ray's number and lane in the packet
+    /// afterwards.
     fn run(&self, rays: &[Ray], call: TraceN, coherence: Coherence, mut take: impl FnMut(usize, usize, &Packet<N>)) {
         let _no_denormals = NoDenormals::begin();
         let coherent = coherence == Coherence::Coherent;
@@ -103,8 +105,9 @@ impl<const N: usize> Packets<N> {
             }
             packet.t_near = [0.0; N];
             packet.geometry = [INVALID; N];
-            // SAFETY: the scene is committed and alive, `valid` and the packet have the layout and at least the alignment that Embree asks for
-            // `N` rays, and the arguments are its defaults but for the flags.
+            // SAFETY: the scene is committed and alive, `valid` and the packet have the layout and
+            // at least the alignment that Embree asks for `N` rays, and the arguments are its
+            // defaults but for the flags.
             unsafe { call(valid.0.as_ptr(), self.scene, (&raw mut packet).cast(), &mut arguments) };
             (0..count).for_each(|lane| take(number(lane), lane, &packet));
         }

@@ -17,7 +17,8 @@ use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// Vertices and triangles that Embree reads where they are. It may read sixteen bytes at the last vertex, so there is one more.
+/// Vertices and triangles that Embree reads where they are. It may read sixteen bytes at the last
+/// vertex, so there is one more.
 struct Buffers {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -57,8 +58,9 @@ impl MeshScene {
     ) -> Result<Self, Failure> {
         let api = Arc::clone(&device.api);
         let vertices = buffers.positions.len() - 1;
-        // SAFETY: the device is alive; the buffers have as many items of the given size as is said, and live as long as the geometry, which
-        // is released before them. All indices are below the number of vertices, as the soup's are.
+        // SAFETY: the device is alive; the buffers have as many items of the given size as is said,
+        // and live as long as the geometry, which is released before them. All indices are below
+        // the number of vertices, as the soup's are.
         let (scene, geometry) = unsafe {
             let scene = (api.new_scene)(device.handle);
             (api.set_scene_flags)(scene, flags);
@@ -105,7 +107,8 @@ impl Drop for MeshScene {
     }
 }
 
-/// Triangles, before there is a tree; and a scene of them, once it is renewed, in which nothing is missing but the tree.
+/// Triangles, before there is a tree; and a scene of them, once it is renewed, in which nothing is
+/// missing but the tree.
 pub(super) struct PreparedMesh {
     api: Arc<Api>,
     buffers: Arc<Buffers>,
@@ -202,7 +205,8 @@ impl Refit for Refitter {
         }
         buffers.positions[..vertices].copy_from_slice(positions);
         let (api, geometry) = (&self.mesh.device.api, self.mesh.geometry);
-        // SAFETY: the geometry is alive; its buffer stands where it stood, since a vector that keeps its length does not move.
+        // SAFETY: the geometry is alive; its buffer stands where it stood, since a vector that
+        // keeps its length does not move.
         unsafe {
             (api.update_buffer)(geometry, BufferType::VERTEX, 0);
             (api.commit_geometry)(geometry);

@@ -25,7 +25,8 @@ pub(super) fn closest(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [Ans
             geometry: INVALID,
             instances: [INVALID; 5],
         };
-        // SAFETY: the scene is committed, the ray has the layout and alignment of `RTCRayHit`, and null asks for the default arguments.
+        // SAFETY: the scene is committed, the ray has the layout and alignment of `RTCRayHit`, and
+        // null asks for the default arguments.
         unsafe { intersect(scene, (&raw mut query).cast(), no_arguments) };
         let RtcRayHit { u, v, primitive, geometry: mesh, .. } = query;
         *slot = if mesh == INVALID { Answer::MISS } else { Answer { t: query.ray.t_far, u, v, primitive, mesh } };
