@@ -1,7 +1,7 @@
-//! The processor level that all engines are forced to, as far as they can be.
+//! The processor level that all engines are forced to, as far as possible.
 //!
-//! The library reads its level once per process, from `KINETREE_SIMD`. Another level is another
-//! process.
+//! The library reads its level once per process, from `KINETREE_SIMD`, so another level needs
+//! another process.
 
 use std::process::{Command, ExitCode};
 
@@ -9,16 +9,16 @@ use kinetree::simd::Level;
 
 use crate::failure::Failure;
 
-/// What the library reads its level from.
+/// The environment variable from which the library reads its level.
 const VARIABLE: &str = "KINETREE_SIMD";
 
-/// The instructions of an engine without a switch.
+/// The instructions of an engine whose level cannot be chosen.
 pub(crate) const OWN_BUILD: &str = "own build";
 
-/// The level of this processor with that name.
+/// The level with that name.
 ///
 /// # Errors
-/// A sentence with the levels that this processor has.
+/// A sentence that lists the levels of this processor.
 pub(crate) fn named(name: &str) -> Result<Level, String> {
     let all = Level::available();
     all.iter().find(|level| level.name() == name).copied().ok_or_else(|| {
@@ -27,11 +27,11 @@ pub(crate) fn named(name: &str) -> Result<Level, String> {
     })
 }
 
-/// Runs this program once more with the same arguments at that level, and gives its exit code;
-/// `None` when this process is at that level already.
+/// Runs this program again with the same arguments at that level, and returns its exit code; `None`
+/// if this process is already at that level.
 ///
 /// # Errors
-/// A process that cannot be started, or that would not be at the level either.
+/// The process cannot be started, or the library ignores the variable.
 pub(crate) fn elsewhere(level: Option<Level>) -> Result<Option<ExitCode>, Failure> {
     let Some(name) = level.map(Level::name).filter(|name| *name != Level::current().name()) else { return Ok(None) };
     if std::env::var(VARIABLE).is_ok_and(|told| told == name) {
@@ -39,7 +39,7 @@ pub(crate) fn elsewhere(level: Option<Level>) -> Result<Option<ExitCode>, Failur
     }
     let program = std::env::current_exe()?;
     let status = Command::new(program).args(std::env::args_os().skip(1)).env(VARIABLE, name).status()?;
-    // A process that was killed has no code.
+    // A process that was killed has no exit code.
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(Some(code.map_or(ExitCode::FAILURE, ExitCode::from)))
 }

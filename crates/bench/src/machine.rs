@@ -1,8 +1,8 @@
-//! Where and when it was measured.
+//! The machine and the date of a measurement.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The processor's name as its maker writes it, or what kind it is.
+/// The name of the processor as its maker writes it, or else its architecture.
 pub(crate) fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find(|line| line.starts_with("model name"));
@@ -10,20 +10,19 @@ pub(crate) fn processor() -> String {
     name.unwrap_or_else(|| format!("{} processor", std::env::consts::ARCH))
 }
 
-/// How many threads can work at a time.
+/// The number of hardware threads.
 pub(crate) fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Bytes of a core's own second cache, where the system tells; else a usual size.
+/// Bytes of a core's second-level cache, or 1 MiB if the system does not tell.
 pub(crate) fn second_cache() -> usize {
     let text = std::fs::read_to_string("/sys/devices/system/cpu/cpu0/cache/index2/size").unwrap_or_default();
     let kilobytes = text.trim().strip_suffix('K').and_then(|number| number.parse::<usize>().ok());
     kilobytes.map_or(1 << 20, |kilobytes| kilobytes << 10)
 }
 
-/// Which versions of the engines are compared, as the lock file of this program has them; Embree
-/// tells its own.
+/// The versions of the engines in the lock file of this program. Embree reports its version itself.
 pub(crate) fn versions() -> String {
     const LOCK: &str = include_str!("../../../Cargo.lock");
     let version = |name: &str| {
@@ -42,7 +41,7 @@ pub(crate) fn versions() -> String {
     text.join(", ").replace("tinybvh-rs ", "tinybvh 1.6.8 through tinybvh-rs ")
 }
 
-/// The machine's name as part of a path: its processor and how many threads it has.
+/// The name of the machine as a folder name: processor and number of threads.
 pub(crate) fn folder_name() -> String {
     let name: String = format!("{} x{}", processor(), threads())
         .to_lowercase()
@@ -52,14 +51,14 @@ pub(crate) fn folder_name() -> String {
     name.split_whitespace().filter(|word| !["r", "tm", "cpu"].contains(word)).collect::<Vec<_>>().join("-")
 }
 
-/// Today in the calendar of Gregory, at Greenwich, such as `2026-01-31`.
+/// Today's date in UTC, such as `2026-01-31`.
 pub(crate) fn date() -> String {
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
     date_of(seconds / 86_400)
 }
 
-/// Of a number of days since the first of January 1970 (Hinnant 2013, "chrono-Compatible Low-Level
-/// Date Algorithms").
+/// The Gregorian date of a number of days since 1970-01-01 (Hinnant 2013, "chrono-Compatible
+/// Low-Level Date Algorithms").
 fn date_of(days: u64) -> String {
     let days = days + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);

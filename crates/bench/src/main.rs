@@ -2,23 +2,24 @@
 //!
 //! ```text
 //! cargo run --release -p kinetree-bench -- fetch-peers
-//! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--level avx2] [--quick] [--processes 3] [--json FILE] [--results FOLDER]
+//! cargo run --release -p kinetree-bench -- compare [SCENES.glb ...] [--level avx2] [--quick] \
+//!     [--processes 3] [--json FILE] [--results FOLDER]
 //! ```
 //!
-//! All engines are in one process. They get the same triangles and the same rays, made once per
-//! scene from a seed; their answers are compared with the reference before a time is believed; then
-//! they run in turn, round by round, so that a machine that changes its mind changes it for all of
-//! them. One-thread times are those of the thread's processor clock, pinned to a core.
+//! All engines run in one process. They get the same triangles and the same rays, generated once per
+//! scene from a seed. Their answers are compared with the reference before anything is timed; then
+//! they run in turn, round by round, so that changes of the clock frequency affect all of them. On
+//! one thread, processor time is measured, pinned to a core.
 //!
-//! The map: `case` says what is measured, `scene` makes or loads triangles (`soup`), `rays` makes
-//! sets of rays, `engine` holds the engines behind one trait, `level` forces them to one set of
-//! instructions, `agree` compares answers, `exact` says which are right, `measure` has clocks and
-//! statistics, `compare` runs it all, `closed` counts what slips out of closed shapes, `report`
-//! writes it down, `peers` fetches what is opened at run time.
+//! The modules: `case` describes what is measured, `scene` generates or loads triangles (`soup`),
+//! `rays` generates sets of rays with the random numbers of `rng`, `engine` holds the engines behind
+//! one interface, `level` forces them to one set of instructions, `agree` compares answers, `exact`
+//! computes the right ones, `measure` has clocks and statistics, `compare` runs it all, `closed`
+//! counts wrong answers in closed shapes, `report` writes the results, `machine` names the machine,
+//! `peers` downloads the libraries that are loaded at run time.
 
 mod agree;
 mod case;
-mod rng;
 mod closed;
 mod compare;
 mod engine;
@@ -31,6 +32,7 @@ mod peers;
 mod ray;
 mod rays;
 mod report;
+mod rng;
 mod scene;
 mod soup;
 
@@ -54,7 +56,8 @@ struct Arguments {
 enum Job {
     /// Measures all engines on the built-in scenes and on those given
     Compare(Box<compare::Options>),
-    /// Counts what rays from inside closed tubes and boxes do: slips, false hits, wrong distances
+    /// Counts wrong answers to rays from inside closed tubes and boxes: slips, false hits, wrong
+    /// distances
     Closed(closed::Options),
     /// Downloads Embree (through pip) and unpacks it where `compare` finds it
     FetchPeers,

@@ -1,4 +1,4 @@
-//! The libraries of other engines that are opened at run time, and where they come from.
+//! Downloads the libraries of other engines that are loaded at run time.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,18 +6,18 @@ use std::process::Command;
 
 use crate::failure::Failure;
 
-/// What `pip` is asked for: a Python package that carries Embree 4.4 with its thread library.
+/// A Python package that contains Embree 4.4 with its thread library.
 const PACKAGE: &str = "embreex==4.4.0.post1";
-/// Folders of the package that hold libraries begin so.
+/// The folder of the package that holds the libraries.
 const LIBRARIES: &str = "embreex.libs/";
 
-/// Where libraries are kept: beside the build products of the workspace, wherever the program is
-/// run.
+/// The folder for downloaded libraries: beside the build products of the workspace, wherever the
+/// program is run.
 pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/peers")
 }
 
-/// A library whose name begins so, if it has been fetched.
+/// The downloaded library whose name begins with `start`, if there is one.
 #[cfg_attr(not(feature = "embree"), allow(dead_code))]
 pub(crate) fn find(start: &str) -> Option<PathBuf> {
     let entries = std::fs::read_dir(folder()).ok()?;
@@ -27,8 +27,8 @@ pub(crate) fn find(start: &str) -> Option<PathBuf> {
     found.into_iter().next()
 }
 
-/// Has `pip` download the package, and unpacks its libraries. Embree finds its thread library
-/// beside itself.
+/// Downloads the package with `pip`, and unpacks its libraries into one folder, where Embree finds
+/// its thread library.
 ///
 /// # Errors
 /// No `pip`, no network, no package for this system, or a folder that cannot be written.
@@ -53,7 +53,7 @@ fn pip(into: &Path) -> Result<(), Failure> {
     if status.success() { Ok(()) } else { Err(format!("pip could not download {PACKAGE}").into()) }
 }
 
-/// Unpacks the files of the package's library folder, by their bare names.
+/// Unpacks the files of the package's library folder, without their folders.
 fn unpack(wheel: &Path, into: &Path) -> Result<Vec<PathBuf>, Failure> {
     let mut archive = zip::ZipArchive::new(io::BufReader::new(std::fs::File::open(wheel)?))?;
     let mut unpacked = Vec::new();

@@ -1,6 +1,7 @@
-//! Random numbers that are the same everywhere: no cosines, which differ between libraries.
+//! Random numbers that are the same on every platform; directions are found without trigonometric
+//! functions, whose results differ between libraries.
 //!
-//! Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators".
+//! Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators" (SplitMix64).
 
 use glam::Vec3;
 
@@ -9,7 +10,7 @@ use glam::Vec3;
 pub(crate) struct Rng(u64);
 
 impl Rng {
-    /// Streams of different seeds and numbers have nothing in common.
+    /// The stream with this number; streams of different seeds or numbers are independent.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut mixed = Self(seed ^ stream.wrapping_mul(0xd6e8_feb8_6659_fd93));
         Self(mixed.bits())
@@ -23,22 +24,22 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Evenly from 0 up to, but not including, 1.
+    /// Uniform in [0, 1).
     pub(crate) fn uniform(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * (1.0 / (1 << 24) as f32)
     }
 
-    /// Evenly from `low` up to `high`.
+    /// Uniform in [`low`, `high`).
     pub(crate) fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.uniform()
     }
 
-    /// Below `end`, which is not zero.
+    /// An integer below `end`, which must not be zero.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         (self.bits() % end as u64) as usize
     }
 
-    /// A direction of length one, all equally likely.
+    /// A uniformly distributed unit vector.
     pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let v = Vec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0));
@@ -48,7 +49,7 @@ impl Rng {
         }
     }
 
-    /// A direction of length one about a normal, by the cosine.
+    /// A unit vector with a cosine-weighted distribution about a normal.
     pub(crate) fn diffuse(&mut self, normal: Vec3) -> Vec3 {
         loop {
             let v = normal + self.direction();
@@ -58,7 +59,7 @@ impl Rng {
         }
     }
 
-    /// Puts things into a random order.
+    /// Puts a slice into a random order.
     pub(crate) fn shuffle<T>(&mut self, things: &mut [T]) {
         for last in (1..things.len()).rev() {
             things.swap(last, self.below(last + 1));

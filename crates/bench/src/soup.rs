@@ -1,14 +1,14 @@
-//! A scene as a benchmark sees it: triangles, and where each came from.
+//! A flattened scene: triangles, and the instance that each came from.
 
 use glam::{DVec3, Vec3};
 use kinetree::{Aabb, Snapshot};
 
-/// Which triangle of which instance of a scene.
+/// The triangle of the scene that a triangle of the soup was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Source {
-    /// The instance, counted in the scene.
+    /// The index of the instance in the scene.
     pub(crate) mesh: u32,
-    /// The triangle, as numbered in its mesh.
+    /// The number of the triangle in its mesh.
     pub(crate) primitive: u32,
 }
 
@@ -17,15 +17,15 @@ pub(crate) struct Source {
 pub(crate) struct Soup {
     /// Metres, world space.
     pub(crate) positions: Vec<[f32; 3]>,
-    /// Vertex numbers.
+    /// Three vertex numbers each.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// One per triangle.
     pub(crate) sources: Vec<Source>,
 }
 
 impl Soup {
-    /// All instances of a frame, flattened. Triangles that the transform takes out of the range of
-    /// numbers are left out.
+    /// All instances of a frame, flattened. Triangles whose transformed vertices are not finite are
+    /// left out.
     pub(crate) fn flatten(view: &Snapshot) -> Self {
         let mut soup = Self::default();
         for instance in view.instances() {
@@ -40,7 +40,7 @@ impl Soup {
                 }
             }
         }
-        // A vertex that no triangle uses may still be out of range.
+        // A vertex that no triangle uses may still not be finite.
         soup.positions.iter_mut().filter(|p| !Vec3::from(**p).is_finite()).for_each(|p| *p = [0.0; 3]);
         soup
     }
@@ -73,12 +73,12 @@ impl Soup {
         (normal != DVec3::ZERO).then(|| normal.normalize().as_vec3())
     }
 
-    /// The box around everything that is part of a triangle.
+    /// The bounding box of all triangles.
     pub(crate) fn bounds(&self) -> Aabb {
         Aabb::from_points(self.triangles.iter().flatten().map(|&vertex| self.positions[vertex as usize]))
     }
 
-    /// How many triangles there are.
+    /// The number of triangles.
     pub(crate) fn len(&self) -> usize {
         self.triangles.len()
     }

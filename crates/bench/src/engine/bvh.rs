@@ -1,4 +1,4 @@
-//! The crate `bvh`: a binary tree, walked nearest box first by its iterator.
+//! The crate `bvh`: a binary tree, traversed by its iterator in the order of box entries.
 
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// Every setting that is compared.
+/// All settings that are compared.
 pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
     vec![Box::new(Settings)]
 }
@@ -36,7 +36,7 @@ impl Engine for Settings {
     }
 }
 
-/// A triangle that knows its node, as the crate wants it.
+/// A triangle that stores the index of its node, as the crate requires.
 #[derive(Clone)]
 struct Shape {
     corners: [Vec3; 3],
@@ -87,7 +87,7 @@ struct BuiltTree {
     shapes: Vec<Shape>,
 }
 
-/// With the direction as it is: its constructor would make it length one, and `t` another.
+/// The constructor of the crate would normalise the direction, and so change the meaning of `t`.
 #[inline]
 fn engine_ray(ray: &Ray) -> bvh::ray::Ray<f32, 3> {
     let direction = Vector3::from(ray.direction);
@@ -100,7 +100,8 @@ impl Tree for BuiltTree {
             let query = engine_ray(ray);
             let mut best = Answer { t: ray.t_max, ..Answer::MISS };
             for shape in self.tree.nearest_traverse_iterator(&query, &self.shapes) {
-                // Boxes come by their entries: behind the hit, nothing nearer can come.
+                // Boxes come in the order of their entries: none that is entered behind the hit
+                // holds a nearer one.
                 let entry = query.intersection_slice_for_aabb(&shape.aabb());
                 if best.is_hit() && entry.is_some_and(|(entry, _)| entry > best.t) {
                     break;
@@ -116,7 +117,8 @@ impl Tree for BuiltTree {
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
         for (ray, slot) in rays.iter().zip(answers) {
             let query = engine_ray(ray);
-            // Its other iterator has a stack of 32 places, and panics when a tree is deeper.
+            // The other iterator of the crate has a stack of 32 entries, and panics when a tree is
+            // deeper.
             let mut shapes = self.tree.nearest_traverse_iterator(&query, &self.shapes);
             *slot = shapes.any(|shape| moller_trumbore::hit(ray, &shape.corners).is_some_and(|hit| hit.0 <= ray.t_max));
         }

@@ -1,9 +1,9 @@
-//! What an engine has to offer to be measured.
+//! What an engine implements to be measured.
 //!
-//! An engine brings triangles into the form that it likes best ([`Engine::prepare`], not timed),
-//! builds a tree ([`Prepared::build`], timed) and traces sets of rays ([`Tree`]). The loop over the
-//! rays is inside the engine, so that no engine pays for a virtual call per ray; each reads the
-//! same 28 bytes and writes distance, weights, triangle and mesh.
+//! An engine brings triangles into its preferred form ([`Engine::prepare`], not timed), builds a
+//! tree ([`Prepared::build`], timed) and traces sets of rays ([`Tree`]). The loop over the rays is
+//! inside the engine, so that no engine pays for a virtual call per ray; each reads the same 28
+//! bytes and writes distance, weights, triangle and mesh.
 
 use kinetree::{Coherence, Work};
 
@@ -14,52 +14,52 @@ use crate::ray::{Answer, Ray};
 use crate::rays::Question;
 use crate::soup::Soup;
 
-/// What a tree was built for: like is compared with like.
+/// The kind of tree; trees are compared within a class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Class {
-    /// As quickly as can be.
+    /// Built as quickly as possible.
     Fastest,
-    /// Good trees at a price that a loading screen can pay.
+    /// A good tree at a build time that a loading screen allows.
     Fast,
-    /// The best tree, whatever it takes.
+    /// The best tree, at any build time.
     Best,
 }
 
 /// A ray tracer with its settings.
 pub(crate) trait Engine {
-    /// Name and settings; those of ours begin with `kinetree`.
+    /// Name and settings; the names of kinetree's settings begin with `kinetree`.
     fn name(&self) -> &str;
 
-    /// What its trees are for.
+    /// The kind of its trees.
     fn class(&self) -> Class;
 
-    /// The instructions that it runs with: the level that it was forced to, or [`OWN_BUILD`] where
-    /// it has no switch.
+    /// The instructions that it uses: the level that it was forced to, or [`OWN_BUILD`] if it
+    /// cannot be forced.
     fn instructions(&self) -> &str {
         OWN_BUILD
     }
 
-    /// Whether it promises that no ray slips between neighbouring triangles.
+    /// Whether it promises watertight hits: no ray passes between neighbouring triangles.
     fn is_robust(&self) -> bool {
         false
     }
 
-    /// Whether another setting of the same engine builds the very same trees, so that timing this
-    /// one as well would say nothing new.
+    /// Whether another setting of the same engine builds the same trees, so that its builds need
+    /// not be timed.
     fn shares_builds(&self) -> bool {
         false
     }
 
-    /// Brings triangles into the form that it likes best.
+    /// Brings triangles into the form that the engine prefers.
     ///
     /// # Errors
-    /// What keeps it from building.
+    /// The engine cannot build these triangles.
     fn prepare(&self, soup: &Soup) -> Result<Box<dyn Prepared>, Failure>;
 
-    /// Something whose tree follows moving vertices by refit, if the engine can do that.
+    /// A tree that is refitted when vertices move; `None` if the engine cannot refit.
     ///
     /// # Errors
-    /// What keeps it from building.
+    /// The engine cannot build these triangles.
     fn refitter(&self, _soup: &Soup, _pool: &ThreadPool) -> Result<Option<Box<dyn Refit>>, Failure> {
         Ok(None)
     }
@@ -67,29 +67,29 @@ pub(crate) trait Engine {
 
 /// Triangles in an engine's own form.
 pub(crate) trait Prepared {
-    /// Makes ready for another build, by as many threads as it is going to have: devices, scenes,
-    /// copies that a build uses up. Not timed.
+    /// Gets ready for another build on these threads: makes devices, scenes, and copies that a
+    /// build consumes. Not timed.
     ///
     /// # Errors
-    /// What keeps it from building.
+    /// The engine cannot build these triangles.
     fn set_up(&mut self, _pool: &ThreadPool) -> Result<(), Failure> {
         Ok(())
     }
 
-    /// Builds, up to a tree that can be traced.
+    /// Builds a tree that is ready for tracing.
     ///
     /// # Errors
-    /// What went wrong.
+    /// The build failed.
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure>;
 
-    /// The expected cost of a ray by the formula of [`Facts::cost`], where the engine tells it only
-    /// on request: it builds once more.
+    /// The expected cost of a ray as in [`Facts::cost`], for engines that report it only when asked
+    /// before a build: builds once more.
     fn measure_cost(&mut self, _pool: &ThreadPool) -> Option<f32> {
         None
     }
 }
 
-/// A tree that answers rays.
+/// A tree that traces rays.
 pub(crate) trait Tree: Send + Sync {
     /// The nearest hit of each ray, one call per ray.
     fn closest(&self, rays: &[Ray], answers: &mut [Answer]);
@@ -97,7 +97,7 @@ pub(crate) trait Tree: Send + Sync {
     /// Whether each ray hits anything, one call per ray.
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]);
 
-    /// Ways of answering many rays at once.
+    /// The ways of tracing many rays at once.
     fn batches(&self) -> Vec<&dyn Batch> {
         Vec::new()
     }
@@ -107,22 +107,22 @@ pub(crate) trait Tree: Send + Sync {
         Facts::default()
     }
 
-    /// How much work a set of rays is, if the engine can tell.
+    /// Counts the work of tracing these rays, if the engine can.
     fn count(&self, _rays: &[Ray], _question: Question) -> Option<Work> {
         None
     }
 }
 
-/// A way of answering many rays at once. Bringing rays and answers into another order or layout is
+/// A way of tracing many rays at once. Bringing rays and answers into another order or layout is
 /// part of it.
 pub(crate) trait Batch: Sync {
-    /// Added to the engine's name, such as `x16`.
+    /// Follows the engine's name, such as `x16`.
     fn suffix(&self) -> &'static str;
 
     /// `packet` or `batch`.
     fn mode(&self) -> Mode;
 
-    /// Whether it is any use for such rays.
+    /// Whether it is meant for such rays.
     fn suits(&self, coherence: Coherence) -> bool;
 
     /// The nearest hit of each ray.
@@ -132,40 +132,39 @@ pub(crate) trait Batch: Sync {
     fn occluded(&self, rays: &[Ray], answers: &mut [bool], coherence: Coherence);
 }
 
-/// How rays are handed over.
+/// How rays are handed to an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Mode {
     /// One call per ray.
     Single,
-    /// Many rays, in the engine's own order.
+    /// Many rays per call, in an order of the engine's own.
     Batch,
-    /// Some rays side by side in registers.
+    /// Packets: rays side by side in vector registers.
     #[cfg_attr(not(feature = "embree"), allow(dead_code))]
     Packet,
 }
 
-/// A tree that follows its vertices.
+/// A tree that is refitted when its vertices move.
 pub(crate) trait Refit {
-    /// Takes new positions, as many as before, and brings the tree up to date.
+    /// Takes new positions, as many as before, and refits the tree.
     ///
     /// # Errors
-    /// What went wrong, such as that the engine built anew instead.
+    /// The refit failed, or the engine rebuilt the tree instead.
     fn refit(&mut self, positions: &[[f32; 3]]) -> Result<(), Failure>;
 }
 
 /// What is known about a tree.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Facts {
-    /// Bytes of the finished tree with its leaves; the allocator's count, when the engine does not
-    /// say.
+    /// Bytes of the finished tree with its leaves; `None` if only the allocator knows.
     pub(crate) bytes: Option<usize>,
-    /// The most bytes at a time while it was built, when the engine keeps its own count.
+    /// The peak of the build in bytes, if the engine counts its memory itself.
     pub(crate) peak: Option<usize>,
-    /// Expected cost of a ray: wide nodes and blocks of triangles, each weighed by its area over
-    /// the root's and by nothing else, as Embree's own formula has it. Of engines that do not tell
-    /// about their wide trees: binary nodes and triangles.
+    /// Expected cost of a ray by Embree's formula: the sum over wide nodes and triangle blocks of
+    /// their areas, over the root's, without further factors. For engines that do not expose their
+    /// wide trees: binary nodes and triangles.
     pub(crate) cost: Option<f32>,
-    /// Summed area of the common boxes of siblings over the root's.
+    /// Summed area of the intersections of sibling boxes, over the root's.
     pub(crate) overlap: Option<f32>,
 }

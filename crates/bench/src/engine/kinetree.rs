@@ -1,4 +1,4 @@
-//! kinetree: a flattened scene is one mesh and one instance where it stands.
+//! kinetree: a flattened scene is one mesh with one instance.
 
 use std::cell::RefCell;
 
@@ -15,15 +15,15 @@ use crate::ray::{Answer, Ray};
 use crate::rays::Question;
 use crate::soup::Soup;
 
-/// Every setting that is compared.
+/// All settings that are compared.
 pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
     SETTINGS.iter().map(|setting| -> Box<dyn Engine> { Box::new(*setting) }).collect()
 }
 
-/// Ends the names of settings whose triangles are not tested watertight.
+/// Ends the names of settings with `Precision::Fast`.
 pub(crate) const FAST_PRECISION_SUFFIX: &str = " precision-fast";
 
-/// Another setting is another line.
+/// The settings, in the order of the tables.
 const SETTINGS: [Kinetree; 6] = [
     Kinetree { name: "kinetree fastest", class: Class::Fastest, quality: Quality::Fastest, robust: true },
     Kinetree { name: "kinetree fast", class: Class::Fast, quality: Quality::Fast, robust: true },
@@ -43,7 +43,7 @@ struct Kinetree {
     name: &'static str,
     class: Class,
     quality: Quality,
-    /// Whether triangles are tested watertight.
+    /// Whether triangle tests are watertight.
     robust: bool,
 }
 
@@ -93,14 +93,14 @@ impl Engine for Kinetree {
             let frame = scene.commit();
             Ok(Refitter { scene, mesh, frame })
         })?;
-        // Both buffers exist before the clock starts.
+        // Allocates the second buffer before the clock starts.
         refitter.scene.set_positions(refitter.mesh, &soup.positions)?;
         refitter.frame = refitter.scene.commit();
         Ok(Some(Box::new(refitter)))
     }
 }
 
-/// A scene with nothing but the mesh.
+/// A scene with this mesh and one instance of it.
 fn scene_of(mesh: Mesh, motion: Motion) -> Result<(Scene, MeshId), Failure> {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(mesh, motion)?;
@@ -117,7 +117,7 @@ struct PreparedMesh {
 
 impl Prepared for PreparedMesh {
     fn set_up(&mut self, _: &ThreadPool) -> Result<(), Failure> {
-        // A mesh of its own: clones share their first tree, and nothing would be built again.
+        // A new mesh, since clones share their first tree: a clone would build nothing.
         let mesh = self.setting.mesh_of(self.mesh.positions(), self.mesh.triangles())?;
         self.scene = Some(scene_of(mesh, Motion::Static)?.0);
         Ok(())
@@ -230,7 +230,8 @@ impl Batch for BuiltTree {
     }
 }
 
-/// Rays and hits in our form. A thread keeps the room from batch to batch, as a renderer does.
+/// Rays and hits in the library's types. A thread keeps them from batch to batch, as a renderer
+/// does.
 #[derive(Default)]
 struct BatchBuffers {
     block: Vec<kinetree::Ray>,
@@ -241,8 +242,8 @@ thread_local! {
     static BUFFERS: RefCell<BatchBuffers> = RefCell::default();
 }
 
-/// How many rays are brought into our form at a time: as others do, no more than caches hold,
-/// unless they are to be sorted.
+/// How many rays are converted at a time: as many as caches hold, or, for rays that will be sorted,
+/// as many as the library sorts together.
 fn block_length(coherence: Coherence) -> usize {
     if coherence == Coherence::Incoherent { BLOCK } else { 1024 }
 }
@@ -250,7 +251,7 @@ fn block_length(coherence: Coherence) -> usize {
 struct Refitter {
     scene: Scene,
     mesh: MeshId,
-    /// Held, as a renderer would: the next frame goes into the other buffer.
+    /// Held as a renderer would hold it, so that the next frame is written into the other buffer.
     frame: Snapshot,
 }
 
@@ -265,15 +266,15 @@ impl Refit for Refitter {
     }
 }
 
-/// The answers that rays are made from and that all engines are held against, as far as they have
-/// been checked themselves: a tree of ours.
+/// A kinetree tree from whose hits rays are made, and with which all engines are compared. Where an
+/// engine disagrees, an exact search decides.
 pub(crate) struct Reference(BuiltTree);
 
 impl Reference {
     /// Builds the tree.
     ///
     /// # Errors
-    /// Triangles that are no mesh.
+    /// The triangles are not a valid mesh.
     pub(crate) fn of(soup: &Soup) -> Result<Self, Failure> {
         let mesh = Mesh::new(&soup.positions, &soup.triangles)?.with_quality(Quality::Fast);
         let (mut scene, _) = scene_of(mesh, Motion::Static)?;

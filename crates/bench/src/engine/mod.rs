@@ -25,9 +25,9 @@ pub(crate) use self::kinetree::{FAST_PRECISION_SUFFIX, Reference};
 pub(crate) use self::thread_pool::ThreadPool;
 use crate::level::OWN_BUILD;
 
-/// Every engine that this program was compiled with and that can be had on this machine, at the
-/// level of the library where they can be forced to it; and notes: versions, instructions, and why
-/// the others cannot be had.
+/// All engines that this program was compiled with and that are available on this machine, forced
+/// to the level of the library where possible; and notes with versions, instructions, and why other
+/// engines are missing.
 pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     #[allow(unused_mut)]
     let (mut engines, mut notes): (Vec<Box<dyn Engine>>, Vec<String>) = (kinetree::variants(), Vec::new());
@@ -69,8 +69,8 @@ pub(crate) fn all() -> (Vec<Box<dyn Engine>>, Vec<String>) {
     (engines, notes)
 }
 
-/// What Rust code without a switch of its own is compiled for: the least of the target, unless the
-/// compiler was told otherwise.
+/// The instructions that Rust code without run-time detection uses: the baseline of the target,
+/// unless the compiler was told otherwise.
 #[cfg(any(feature = "obvhs", feature = "parry3d", feature = "bvh"))]
 fn compiled_for() -> String {
     let more: [(bool, &str); 3] = [

@@ -1,13 +1,13 @@
-//! What engines need that leave the triangle test, or a part of it, to their users.
+//! A triangle test for engines that leave it, or the barycentric weights, to their users.
 //!
-//! Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection".
+//! Möller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection".
 
 use glam::Vec3;
 
 use crate::ray::Ray;
 
-/// Distance and weights of the second and third corner, wherever the ray's line meets the triangle
-/// at `t >= 0`; both sides count.
+/// Distance and weights of the second and third corner, where the ray's line meets the triangle at
+/// `t >= 0`; both sides count.
 #[inline]
 pub(crate) fn hit(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f32, f32, f32)> {
     let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
@@ -20,7 +20,7 @@ pub(crate) fn hit(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f32, f32, f32)> {
     let q = from_a.cross(ab);
     let v = direction.dot(q) * reciprocal;
     let t = ac.dot(q) * reciprocal;
-    // NaN, from a triangle seen edge on, fails the first comparison.
+    // A triangle that is seen edge on gives NaN, which fails the first comparison.
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t.is_finite()).then_some((t, u, v))
 }
 

@@ -1,4 +1,4 @@
-//! `obvhs`: a compressed eight-wide tree over clustered and reinserted nodes.
+//! `obvhs`: a compressed eight-wide tree, built by clustering and reinsertion.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// Every setting that is compared.
+/// All settings that are compared.
 pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
     vec![
         Box::new(Obvhs { name: "obvhs fastest", class: Class::Fastest, params: BvhBuildParams::fastest_build() }),
@@ -58,7 +58,7 @@ impl Prepared for PreparedMesh {
     fn build(&mut self, pool: &ThreadPool) -> Result<Box<dyn Tree>, Failure> {
         let mut its_own_clock = Duration::ZERO;
         let tree = pool.run(|| build_cwbvh_from_tris(&self.triangles, self.params, &mut its_own_clock));
-        // In the order of the leaves, as its documentation advises.
+        // In the order of the leaves, as the documentation of the crate advises.
         let triangles = tree.primitive_indices.iter().map(|&i| self.triangles[i as usize]).collect();
         Ok(Box::new(BuiltTree { tree, triangles }))
     }
@@ -82,7 +82,8 @@ impl Tree for BuiltTree {
             *slot = if found {
                 let place = hit.primitive_id as usize;
                 let Triangle { v0, v1, v2 } = self.triangles[place];
-                // Its own function for the weights divides by the length of the normal too often.
+                // The crate's own function for the weights divides by the length of the normal once
+                // too often.
                 let (_, u, v) = moller_trumbore::hit(ray, &[v0, v1, v2].map(Into::into)).unwrap_or_default();
                 Answer { t: hit.t, u, v, primitive: self.tree.primitive_indices[place], mesh: 0 }
             } else {

@@ -1,4 +1,4 @@
-//! `parry3d`, the collision library of Rapier: a binary tree, walked nearest box first.
+//! `parry3d`, the collision library of Rapier: a binary tree, traversed nearest box first.
 
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// Every setting that is compared.
+/// All settings that are compared.
 pub(crate) fn variants() -> Vec<Box<dyn Engine>> {
     vec![
         Box::new(Parry { name: "parry3d", class: Class::Fast, strategy: || BvhBuildStrategy::Binned }),
@@ -61,7 +61,7 @@ struct BuiltTree {
 }
 
 impl BuiltTree {
-    /// Its own triangle test.
+    /// The crate's own triangle test.
     #[inline]
     fn hit(&self, primitive: u32, ray: &parry3d::query::Ray, t_max: f32) -> Option<f32> {
         let [a, b, c] = self.corners[primitive as usize];

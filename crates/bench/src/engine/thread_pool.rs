@@ -1,24 +1,24 @@
-//! Threads that build a tree.
+//! The threads on which engines build.
 
 use crate::failure::Failure;
 
-/// So many threads, and no others, work on what runs within.
+/// A rayon pool of a fixed number of threads.
 pub(crate) struct ThreadPool {
-    /// How many.
+    /// The number of threads.
     pub(crate) threads: usize,
     rayon: rayon::ThreadPool,
 }
 
 impl ThreadPool {
-    /// So many threads.
+    /// Starts this number of threads.
     ///
     /// # Errors
-    /// The system gives no threads.
+    /// The system refuses to start them.
     pub(crate) fn new(threads: usize) -> Result<Self, Failure> {
         Ok(Self { threads, rayon: rayon::ThreadPoolBuilder::new().num_threads(threads).build()? })
     }
 
-    /// Runs a job on these threads: engines that share work through rayon find them there.
+    /// Runs a job in the pool, so that engines that use rayon use these threads.
     pub(crate) fn run<R: Send>(&self, job: impl FnOnce() -> R + Send) -> R {
         self.rayon.install(job)
     }

@@ -1,10 +1,9 @@
 //! tinybvh, by Jacco Bikker, through the crate `tinybvh-rs`: its eight-wide tree for processors
 //! with AVX2, from both of its builders.
 //!
-//! The crate builds the trees. The two calls that trace them are declared here, because the crate
-//! offers the one only to programs that are compiled for AVX2 as a whole, the other not at all, and
-//! because its ray is shorter than the one that the C++ side writes to (so its constructor must not
-//! be called).
+//! The crate builds the trees. The two calls that trace them are declared here: the crate offers
+//! one only to programs compiled for AVX2 as a whole, and the other not at all, and its ray is
+//! shorter than the one that the C++ side writes to (so its constructor must not be called).
 
 use std::ffi::c_void;
 
@@ -17,7 +16,7 @@ use crate::measure::memory;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// Every setting that is compared.
+/// All settings that are compared.
 ///
 /// # Errors
 /// The processor has no AVX2.
@@ -31,8 +30,8 @@ pub(crate) fn variants() -> Result<Vec<Box<dyn Engine>>, Failure> {
     ])
 }
 
-/// What its C++ is compiled for: the processor of this machine, unless the compiler is told
-/// otherwise, as `.cargo/config.toml` does.
+/// The processor that the C++ code is compiled for: that of this machine, unless a compiler flag
+/// says otherwise, as `.cargo/config.toml` does.
 pub(crate) fn compiled_for() -> &'static str {
     let told = option_env!("CXXFLAGS_x86_64_unknown_linux_gnu").unwrap_or_default();
     told.split_whitespace().rev().find_map(|flag| flag.strip_prefix("-march=")).unwrap_or("this processor")
@@ -69,7 +68,7 @@ impl Engine for TinyBvh {
     }
 }
 
-/// Three vertices of four floats for each triangle, as it wants them.
+/// Three vertices of four floats for each triangle, the input format of tinybvh.
 fn corners(triangles: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<[f32; 4]> {
     let vertices = triangles.iter().flatten().map(|&vertex| positions[vertex as usize]);
     vertices.map(|[x, y, z]| [x, y, z, 0.0]).collect()
@@ -101,7 +100,7 @@ impl Prepared for PreparedMesh {
     }
 }
 
-/// Cost and overlap of its binary tree, by the formulas of kinetree.
+/// Cost and overlap of the binary tree, by kinetree's formulas.
 fn cost_and_overlap(nodes: &[bvh::Node]) -> (f32, f32) {
     let area = |min: [f32; 3], max: [f32; 3]| {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(max[axis] - min[axis]));
@@ -133,13 +132,13 @@ struct BuiltTree {
     overlap: f32,
 }
 
-// SAFETY: a finished tree is only read: the calls below take it by a pointer to const, and it has
-// no caches.
+// SAFETY: a finished tree is only read: the calls below take a pointer to const, and it caches
+// nothing.
 unsafe impl Send for BuiltTree {}
 // SAFETY: as above.
 unsafe impl Sync for BuiltTree {}
 
-/// The ray as the C++ side has it: 64 bytes that matter, and 64 of the caller's own data.
+/// The ray of the C++ side: 64 bytes that it uses, and 64 for the caller's data.
 #[repr(C, align(64))]
 struct CppRay {
     origin: [f32; 3],
@@ -158,7 +157,7 @@ struct CppRay {
 const _: () = assert!(size_of::<CppRay>() == 128);
 const _: () = assert!(size_of::<bvh8_cpu::BVH>() == size_of::<*const c_void>());
 
-/// What it takes for infinity.
+/// tinybvh's value for infinity.
 const FAR: f32 = tinybvh_rs::INFINITE;
 
 unsafe extern "C" {
@@ -190,8 +189,9 @@ fn engine_ray(ray: &Ray) -> CppRay {
 
 impl BuiltTree {
     fn pointer(&self) -> *const c_void {
-        // SAFETY: the crate's type is nothing but a unique pointer, which is nothing but a pointer;
-        // its size is asserted above. It is read, and the tree keeps it.
+        // SAFETY: the crate's type holds nothing but a unique pointer, which holds nothing but a
+        // pointer; the size is asserted above. The pointer is copied, and the tree keeps its
+        // ownership.
         unsafe { *std::ptr::from_ref(&self.tree).cast::<*const c_void>() }
     }
 }
@@ -202,7 +202,7 @@ impl Tree for BuiltTree {
         for (ray, slot) in rays.iter().zip(answers) {
             let mut query = engine_ray(ray);
             // SAFETY: the tree is alive and finished, the ray has the layout of the C++ side, and
-            // AVX2 was found before there was an engine.
+            // `variants` has checked for AVX2.
             unsafe { intersect(tree, &mut query) };
             let CppRay { t, u, v, primitive, hit_instance: mesh, .. } = query;
             *slot = if primitive == Answer::NOTHING { Answer::MISS } else { Answer { t, u, v, primitive, mesh } };
@@ -222,7 +222,7 @@ impl Tree for BuiltTree {
     }
 }
 
-/// Its binary tree: the wide one cannot be refitted.
+/// The binary tree: the wide one cannot be refitted.
 struct Refitter {
     triangles: Vec<[u32; 3]>,
     corners: Vec<[f32; 4]>,

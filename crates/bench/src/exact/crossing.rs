@@ -1,8 +1,8 @@
-//! Whether a ray meets a triangle, decided as exact arithmetic decides it, and where.
+//! Where a ray meets a triangle, and whether it does, with the result of exact arithmetic.
 //!
-//! The sides of a ray's line on which the edges of a triangle lie, as volumes spanned by the
-//! direction and two corners seen from the origin: floats where they are sure of the sign, exact
-//! sums where they are not.
+//! The signs of three volumes, each spanned by the direction and two corners relative to the
+//! origin, say on which side of each edge the ray passes. They are computed in `f64` with an error
+//! bound; where the bound does not determine the sign, without rounding.
 
 use std::cmp::Ordering;
 
@@ -11,29 +11,28 @@ use glam::{DVec3, Vec3};
 use super::expansion::Expansion;
 use crate::ray::Ray;
 
-/// Where a ray's line meets the plane of a triangle.
+/// The intersection of a ray's line with the plane of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crossing {
-    /// In lengths of the direction, within 2^-36 of itself.
+    /// The distance in lengths of the direction, with a relative error below 2^-36.
     pub(crate) t: f64,
-    /// Whether that is within the triangle, edges and corners included, and not behind the origin.
-    /// This is exact.
+    /// Whether the point lies within the triangle, edges and corners included, and not behind the
+    /// origin. Exact.
     pub(crate) is_hit: bool,
 }
 
-/// The distance at which a ray meets a triangle; `None` when it does not, or the triangle is seen
+/// The distance at which a ray meets a triangle; `None` if it does not, or if the triangle is seen
 /// edge on or has no area.
 pub(crate) fn hit(ray: &Ray, corners: &[Vec3; 3]) -> Option<f64> {
     let signs = Volumes::of(ray, corners).sides.map(Volume::sign);
-    // Most triangles are missed, and most of those by far.
+    // A quick rejection: most triangles are missed by a wide margin.
     if signs.contains(&Some(Ordering::Less)) && signs.contains(&Some(Ordering::Greater)) {
         return None;
     }
     crossing(ray, corners).filter(|crossing| crossing.is_hit).map(|crossing| crossing.t)
 }
 
-/// `None` when the line lies in the plane of the triangle or beside it, or the triangle has no
-/// area.
+/// `None` if the line is parallel to the plane of the triangle, or the triangle has no area.
 pub(crate) fn crossing(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
     let Volumes { sides, over } = Volumes::of(ray, corners);
     let t = Quotient { over, under: sides[0] + sides[1] + sides[2] }.value();
@@ -43,11 +42,11 @@ pub(crate) fn crossing(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
     }
 }
 
-/// The volumes that decide.
+/// The volumes that determine the intersection.
 struct Volumes {
-    /// Of the direction and two corners each.
+    /// Spanned by the direction and two corners each.
     sides: [Volume; 3],
-    /// Of the three corners.
+    /// Spanned by the three corners.
     over: Volume,
 }
 
@@ -60,19 +59,19 @@ impl Volumes {
     }
 }
 
-/// A volume of floats, and how far it may be from the exact one.
+/// A volume in floating point, and a bound of its error.
 #[derive(Clone, Copy)]
 struct Volume {
     value: f64,
     error: f64,
 }
 
-/// Of the sum of the sizes of its six products, a volume is off by less than this: three roundings
-/// of differences, four of products and sums, each 2^-53, twice over for safety.
+/// The error of a volume, relative to the sum of the absolute values of its six products: three
+/// roundings of differences and four of products and sums, each 2^-53, doubled for safety.
 const ERROR: f64 = 16.0 / (1_u64 << 53) as f64;
 
 impl Volume {
-    /// Spanned by three vectors.
+    /// The volume spanned by three vectors.
     fn of(a: DVec3, b: DVec3, c: DVec3) -> Self {
         let value = a.dot(b.cross(c));
         let sizes = DVec3::new(
@@ -83,7 +82,7 @@ impl Volume {
         Self { value, error: ERROR * a.abs().dot(sizes) }
     }
 
-    /// `None` when floats cannot tell.
+    /// `None` if the error bound does not determine the sign.
     fn sign(self) -> Option<Ordering> {
         (self.value.abs() > self.error).then(|| self.value.total_cmp(&0.0))
     }
@@ -98,24 +97,24 @@ impl std::ops::Add for Volume {
     }
 }
 
-/// A distance.
+/// A distance as the quotient of two volumes.
 struct Quotient {
     over: Volume,
     under: Volume,
 }
 
-/// Floats are good enough for a distance when they are within this part of themselves.
+/// The largest relative error of a volume from which a distance may be computed.
 const ENOUGH: f64 = 1.0 / (1_u64 << 38) as f64;
 
 impl Quotient {
-    /// `None` when it may be off by more than is allowed.
+    /// `None` if the error may be larger than allowed.
     fn value(&self) -> Option<f64> {
         let good = |volume: &Volume| volume.error < volume.value.abs() * ENOUGH;
         (good(&self.over) && good(&self.under)).then(|| self.over.value / self.under.value)
     }
 }
 
-/// The same without floats.
+/// As `crossing`, without rounding.
 fn crossing_without_rounding(ray: &Ray, corners: &[Vec3; 3]) -> Option<Crossing> {
     type Vector = [Expansion; 3];
     let from = |corner: &Vec3| -> Vector {
@@ -168,7 +167,7 @@ mod tests {
         assert_eq!(found(0.25, 0.25, 0.0, -1.0), Some((0.0, true)));
     }
 
-    /// Three rays against long thin triangles, with their right distances.
+    /// Rays against long thin triangles, with known distances.
     #[test]
     fn long_thin_triangles_are_met_where_they_are() {
         let thin = [[-1.0, -1.0, 0.0], [-1.0, 1.0, 1e4], [-1.0, 1.0, 0.0]].map(Vec3::from);
@@ -186,7 +185,7 @@ mod tests {
         let mut both = 0;
         for stream in 0..20_000 {
             let mut rng = Rng::new(3, stream);
-            // Few values, so that much of it is aligned.
+            // Few different coordinates, so that many cases are degenerate.
             let mut point = || Vec3::new(rng.below(5) as f32, rng.below(5) as f32, rng.below(5) as f32);
             let [a, b, c, d, origin, through] = [point(), point(), point(), point(), point(), point()];
             let ray = Ray::new(origin, through - origin);

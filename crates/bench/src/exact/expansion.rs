@@ -3,24 +3,24 @@
 //! Shewchuk 1997, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 //! Predicates".
 //!
-//! Exact as long as nothing overflows or falls below the least float: products of up to six
-//! differences of finite `f32` do neither.
+//! Exact as long as nothing overflows or underflows: products of up to six differences of finite
+//! `f32` do neither.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Sub};
 
-/// A number: the sum of its parts, which grow in size and do not overlap; none of them is zero.
+/// The sum of its components, which grow in magnitude and do not overlap; none of them is zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Expansion(Vec<f64>);
 
-/// `a + b` as the rounded sum and what rounding took away (Knuth 1969).
+/// `a + b` as the rounded sum and its rounding error (Knuth 1969).
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let of_b = sum - a;
     (sum, (a - (sum - of_b)) + (b - of_b))
 }
 
-/// `a * b` as the rounded product and what rounding took away.
+/// `a * b` as the rounded product and its rounding error.
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     (product, a.mul_add(b, -product))
@@ -33,7 +33,7 @@ impl Expansion {
         Self([rest, sum].into_iter().filter(|part| *part != 0.0).collect())
     }
 
-    /// Less, equal or greater than zero: the largest part decides.
+    /// The comparison with zero: the sign of the largest component.
     pub(crate) fn sign(&self) -> Ordering {
         self.0.last().map_or(Ordering::Equal, |most| most.total_cmp(&0.0))
     }
@@ -43,7 +43,7 @@ impl Expansion {
         self.0.iter().sum()
     }
 
-    /// Adds one float, keeping the parts apart.
+    /// Adds one float; the components stay free of overlap.
     fn push(&mut self, more: f64) {
         let (mut rest, mut kept) = (more, 0);
         for at in 0..self.0.len() {
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!((&Expansion::difference(1.0, 1e-30) - &number(&[1.0])).value(), -1e-30);
     }
 
-    /// The twin computes with whole numbers.
+    /// Compares with integer arithmetic.
     #[test]
     fn sums_and_products_are_those_of_whole_numbers() {
         for stream in 0..2000 {

@@ -1,8 +1,8 @@
-//! What is right, whatever the engines say.
+//! Exact answers, with which disputes between engines are decided.
 //!
 //! `crossing` decides exactly whether a ray meets a triangle, with the numbers of `expansion`;
-//! `search` looks at every triangle; `rounded` has weights and angles in double precision, for what
-//! needs no more.
+//! `search` tests every triangle; `rounded` gives weights and angles in double precision, where
+//! that suffices.
 
 mod crossing;
 mod expansion;

@@ -1,26 +1,26 @@
-//! Hits in double precision: weights of corners and angles, which tell whether a hit is at an edge.
+//! Hits in double precision: weights and angles, which tell whether a hit is at an edge.
 //!
-//! Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection".
+//! Möller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection".
 
 use glam::Vec3;
 
 use crate::ray::Ray;
 use crate::soup::Soup;
 
-/// Where a ray's line meets a triangle's plane, in double precision.
+/// The intersection of a ray's line with a triangle's plane, in double precision.
 pub(crate) struct Rounded {
     /// Weight of the second corner.
     pub(crate) u: f64,
     /// Weight of the third corner.
     pub(crate) v: f64,
-    /// Between the ray and the normal, without its sign; 0 for a triangle without area.
+    /// The absolute cosine between the ray and the normal; 0 for a triangle without area.
     pub(crate) cosine: f64,
-    /// Of the triangle, square metres.
+    /// Twice the area of the triangle, square metres.
     pub(crate) double_area: f64,
 }
 
 impl Rounded {
-    /// Moeller and Trumbore's formulas.
+    /// Möller and Trumbore's formulas.
     pub(crate) fn of(soup: &Soup, ray: &Ray, triangle: u32) -> Self {
         let [a, b, c] = soup.corners(triangle).map(Vec3::as_dvec3);
         let direction = Vec3::from(ray.direction).as_dvec3();

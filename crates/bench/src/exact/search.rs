@@ -1,4 +1,4 @@
-//! The nearest hit among all triangles: the slow twin of every tree.
+//! The nearest hit by brute force: the slow twin of every tree.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use super::crossing::hit;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// The nearest hit of each ray, by testing every triangle. Both sides and all edges count;
+/// The nearest hit of each ray, found by testing every triangle. Both sides and all edges count;
 /// whether there is a hit is exact.
 pub(crate) fn closest_by_brute_force(soup: &Soup, rays: &[Ray]) -> Vec<Answer> {
     rays.par_iter().map(|ray| closest_of_all(soup, ray)).collect()

@@ -1,8 +1,8 @@
-//! Wall time, and the time that a processor has worked.
+//! Wall-clock time, and processor time.
 
 use std::time::{Duration, Instant};
 
-/// Two clocks at a moment.
+/// The readings of both clocks at the start.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stopwatch {
     wall: Instant,
@@ -15,26 +15,26 @@ pub(crate) struct Stopwatch {
 pub(crate) enum ClockScope {
     /// The calling thread's.
     Thread,
-    /// That of all threads of the process: for jobs that run on threads of their own.
+    /// All threads of the process: for jobs that run on threads of their own.
     Process,
 }
 
-/// How long something took.
+/// How long a job took.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Elapsed {
-    /// Seconds on the wall.
+    /// Wall-clock time, seconds.
     pub(crate) wall: f64,
-    /// Seconds of processors; where there is no such clock, as on the wall.
+    /// Processor time, seconds; wall-clock time if the system does not tell.
     pub(crate) processor: f64,
 }
 
 impl Stopwatch {
-    /// Starts.
+    /// Starts the stopwatch.
     pub(crate) fn start(scope: ClockScope) -> Self {
         Self { wall: Instant::now(), processor: worked(scope).unwrap_or_default(), scope }
     }
 
-    /// What has passed.
+    /// The time since the start.
     pub(crate) fn read(&self) -> Elapsed {
         let processor = worked(self.scope).map(|now| now.saturating_sub(self.processor).as_secs_f64());
         let wall = self.wall.elapsed().as_secs_f64();
@@ -49,7 +49,7 @@ fn worked(scope: ClockScope) -> Option<Duration> {
         ClockScope::Process => libc::CLOCK_PROCESS_CPUTIME_ID,
     };
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `time` is a live place of the type that is written.
+    // SAFETY: `time` is a live variable of the type that is written.
     let failed = unsafe { libc::clock_gettime(clock, &mut time) } != 0;
     (!failed).then(|| Duration::new(time.tv_sec as u64, time.tv_nsec as u32))
 }

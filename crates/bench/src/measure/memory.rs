@@ -1,17 +1,17 @@
-//! Bytes that a build holds: counted by the allocator of this program, and by the C library's for
+//! The heap memory of a build: counted by the allocator of this program, and by the C library for
 //! engines in C++.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering::Relaxed};
 
-/// The system's allocator, counted while somebody wants to know.
+/// The system's allocator, which counts while `count` runs.
 pub(crate) struct Counting;
 
 static COUNTED: AtomicBool = AtomicBool::new(false);
 static NOW: AtomicIsize = AtomicIsize::new(0);
 static MOST: AtomicIsize = AtomicIsize::new(0);
-/// Only one count at a time.
+/// Held while a job is counted, so that only one is at a time.
 static WINDOW: Mutex<()> = Mutex::new(());
 
 fn add(bytes: isize) {
@@ -21,12 +21,12 @@ fn add(bytes: isize) {
     }
 }
 
-// SAFETY: every call goes to the system's allocator as it came; counting touches no memory but
-// three atomics.
+// SAFETY: every call is forwarded unchanged to the system's allocator; counting touches no memory
+// but three atomics.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         add(layout.size() as isize);
-        // SAFETY: the caller's promises are those of the system's allocator.
+        // SAFETY: the caller fulfils the requirements of the system's allocator.
         unsafe { System.alloc(layout) }
     }
 
@@ -49,12 +49,12 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What a job holds.
+/// The heap memory of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct HeapUse {
-    /// Bytes more than before, when it is done.
+    /// Bytes that are still allocated at its end.
     pub(crate) after: usize,
-    /// The most bytes more than before at a time.
+    /// The most bytes that were allocated at once.
     pub(crate) peak: usize,
 }
 
@@ -70,12 +70,12 @@ pub(crate) fn count<R>(job: impl FnOnce() -> R) -> (R, HeapUse) {
     (result, HeapUse { after: bytes(&NOW), peak: bytes(&MOST) })
 }
 
-/// Bytes that the C library has given out, where it can tell.
+/// Bytes that the C library has allocated, if it can tell.
 #[cfg_attr(not(feature = "tinybvh"), allow(dead_code))]
 pub(crate) fn c_heap_bytes() -> Option<usize> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        // SAFETY: the call has no arguments and reads the C library's own counts.
+        // SAFETY: the call has no arguments and reads the C library's counters.
         let counts = unsafe { libc::mallinfo2() };
         Some(counts.uordblks + counts.hblkhd)
     }
@@ -89,8 +89,7 @@ mod tests {
 
     #[test]
     fn what_is_held_and_what_was_held_are_told_apart() {
-        // Capacities alone: nobody touches the bytes. Other tests allocate meanwhile, but not
-        // nearly as much.
+        // The memory is reserved but never touched. Other tests allocate meanwhile, but far less.
         let (kept, heap_use) = count(|| {
             drop(Vec::<u8>::with_capacity(400_000_000));
             Vec::<u8>::with_capacity(100_000_000)

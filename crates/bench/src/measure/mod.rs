@@ -1,4 +1,4 @@
-//! Clocks, counts of memory, and what is made of many measurements.
+//! Clocks, memory counts, thread affinity, and statistics.
 
 pub(crate) mod clock;
 pub(crate) mod memory;

@@ -1,6 +1,6 @@
-//! Keeping threads on one core.
+//! Pins threads to one core.
 
-/// As long as it lives, threads stay on one core.
+/// Keeps threads on one core while it lives.
 pub(crate) struct Pinned {
     #[cfg(target_os = "linux")]
     before: Option<libc::cpu_set_t>,
@@ -16,24 +16,24 @@ enum Threads {
 }
 
 impl Pinned {
-    /// This thread, to the `number`-th core of those that it may use; it begins again when there
-    /// are fewer. When the system refuses, the thread goes on unpinned. Threads that are started
-    /// meanwhile would stay there too, so none are.
+    /// Pins the calling thread to the `number`-th core that it may use, modulo their number. If the
+    /// system refuses, the thread goes on unpinned. Threads that it starts meanwhile are pinned as
+    /// well, so none should be started.
     pub(crate) fn to(number: usize) -> Self {
         Self::pin(Threads::Caller, number)
     }
 
-    /// All threads of this process likewise, and those that are started meanwhile: one that only
-    /// waits for another, spinning, would else slow it down where two cores are halves of one.
+    /// Pins all threads of the process, and those that are started meanwhile: a thread that spins
+    /// while it waits would otherwise slow down the working one where two cores share hardware.
     pub(crate) fn all_to(number: usize) -> Self {
         Self::pin(Threads::All, number)
     }
 
     #[cfg(target_os = "linux")]
     fn pin(threads: Threads, number: usize) -> Self {
-        // SAFETY: a set of processors is plain bits, for which zero is a value: none.
+        // SAFETY: a set of processors is plain bits; all zeros is the empty set.
         let mut before: libc::cpu_set_t = unsafe { std::mem::zeroed() };
-        // SAFETY: the place is live and has the size that is given; 0 is the calling thread.
+        // SAFETY: the variable is live and has the size that is passed; 0 is the calling thread.
         if unsafe { libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &mut before) } != 0 {
             return Self { before: None, threads };
         }
@@ -57,7 +57,7 @@ impl Pinned {
 
 #[cfg(target_os = "linux")]
 impl Threads {
-    /// A thread for which it fails stays where it is.
+    /// A thread that the system refuses to move stays where it is.
     fn keep_to(self, cores: &libc::cpu_set_t) {
         let caller = 0;
         let all = match self {
@@ -67,7 +67,7 @@ impl Threads {
             }),
         };
         for thread in all {
-            // SAFETY: the set is live and has the size that is given.
+            // SAFETY: the set is live and has the size that is passed.
             unsafe { libc::sched_setaffinity(thread, size_of::<libc::cpu_set_t>(), cores) };
         }
     }

@@ -1,26 +1,27 @@
-//! Everybody in turn, round by round, so that a machine that slows down slows all of them.
+//! Runs contenders in turn, round by round, so that a machine that slows down slows all of them.
 
 use super::clock::Elapsed;
 
-/// How many rounds there are.
+/// The number of rounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rounds {
-    /// Of those who are not far behind.
+    /// Rounds for contenders that are not far behind.
     pub(crate) full: usize,
-    /// Of those who are: a few rounds are enough to know that.
+    /// Rounds for those that are far behind, where a few are enough.
     pub(crate) behind: usize,
-    /// There are fewer when they would take longer than this all together.
+    /// A limit for the time of all rounds together, seconds; beyond it, rounds are left out.
     pub(crate) seconds: f64,
-    /// One more round comes before the others and does not count.
+    /// Whether the first round is a warm-up that does not count.
     pub(crate) warm_up: bool,
 }
 
-/// Who takes so many times as much work of processors as the fastest is far behind.
+/// A contender is far behind if it takes more than this many times the processor time of the
+/// fastest.
 const FAR_BEHIND: f64 = 6.0;
 
 /// Runs `count` contenders round by round; each round begins with another one. The first round
-/// tells who is far behind; where one round of those is enough, it counts for them, warm-up or not.
-/// `run` gives `None` when the contender has failed, and is not asked again. The times of each
+/// tells which are far behind; for those with a single round it counts, even as a warm-up. If `run`
+/// returns `None`, the contender has failed and is not run again. Returns the times of each
 /// contender, round by round.
 pub(crate) fn in_turn(
     count: usize,
@@ -57,7 +58,7 @@ pub(crate) fn in_turn(
     times
 }
 
-/// As many rounds as there is time for, after the first: one at least.
+/// The rounds that the time limit allows after the first one, at least one.
 fn within_time(rounds: Rounds, first: &[Option<Elapsed>], fastest: f64) -> Rounds {
     let all: f64 = first.iter().flatten().map(|elapsed| elapsed.wall).sum();
     let near = first.iter().flatten().filter(|elapsed| elapsed.processor <= fastest * FAR_BEHIND);

@@ -1,18 +1,18 @@
-//! From many measurements to few numbers.
+//! Medians, and means of ratios with their bounds.
 
-/// The middle and the ends.
+/// Median and range of some numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spread {
-    /// As many are smaller as are larger.
+    /// The middle of the sorted numbers, or the mean of the two in the middle.
     pub(crate) median: f64,
-    /// The least.
+    /// The smallest number.
     pub(crate) min: f64,
-    /// The greatest.
+    /// The largest number.
     pub(crate) max: f64,
 }
 
 impl Spread {
-    /// Of some numbers; `None` of none.
+    /// `None` if there are no numbers.
     pub(crate) fn of(numbers: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = numbers.into_iter().collect();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -22,14 +22,14 @@ impl Spread {
     }
 }
 
-/// Logarithms of a ratio, by process and by round. What was measured in the same round of the same
-/// process is a pair.
+/// Logarithms of a ratio, by process and by round. Times of the same round of the same process form
+/// a pair.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct LogRatios(Vec<Vec<f64>>);
 
 impl LogRatios {
-    /// How many times faster the one with the times `ours` is than the one with the times `others`,
-    /// pair by pair.
+    /// How many times faster the engine with the times `ours` is than the one with the times
+    /// `others`, pair by pair.
     pub(crate) fn of_times(ours: &[Vec<f64>], others: &[Vec<f64>]) -> Self {
         let process = |(ours, others): (&Vec<f64>, &Vec<f64>)| {
             let pairs = ours.iter().zip(others).filter(|(a, b)| **a > 0.0 && **b > 0.0);
@@ -38,13 +38,13 @@ impl LogRatios {
         Self(ours.iter().zip(others).map(process).collect())
     }
 
-    /// Of one positive number from each process; what is not positive does not count.
+    /// The logarithms of one number from each process; numbers that are not positive are left out.
     pub(crate) fn of_processes(numbers: impl IntoIterator<Item = f64>) -> Self {
         let log = |number: f64| if number > 0.0 && number.is_finite() { vec![number.ln()] } else { Vec::new() };
         Self(numbers.into_iter().map(log).collect())
     }
 
-    /// The mean over several cases: of processes, when there are several; else round by round.
+    /// The mean over several cases: process by process if there are several, else round by round.
     pub(crate) fn mean_of(cases: &[&Self]) -> Self {
         let processes = cases.iter().map(|case| case.0.len()).min().unwrap_or(0);
         let average = |at: &dyn Fn(&Self) -> f64| cases.iter().map(|case| at(case)).sum::<f64>() / cases.len() as f64;
@@ -57,7 +57,7 @@ impl LogRatios {
         Self((0..processes).filter(whole).map(process).collect())
     }
 
-    /// The ratio and how sure it is; `None` of nothing.
+    /// The ratio with its bounds; `None` if there are no measurements.
     pub(crate) fn ratio(&self) -> Option<Ratio> {
         let processes: Vec<&Vec<f64>> = self.0.iter().filter(|rounds| !rounds.is_empty()).collect();
         let samples = match processes.as_slice() {
@@ -76,17 +76,17 @@ impl LogRatios {
     }
 }
 
-/// A ratio of two engines, paired round by round.
+/// The ratio of the times of two engines, paired round by round.
 ///
-/// The bounds are Student's for the mean of logarithms: of the means of the processes when there
-/// are several, since what differs between processes (where memory lies) is the same for all rounds
-/// of one; of the rounds when there is one process only.
+/// The bounds are Student's for the mean of logarithms. With several processes they are computed
+/// from the means of the processes, since what differs between processes (the layout of memory) is
+/// the same for all rounds of one; with a single process, from its rounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ratio {
     /// Geometric mean.
     pub(crate) mean: f64,
-    /// It is larger than the first with a chance of 95 %, and smaller than the second with the
-    /// same; `None` when it was measured once.
+    /// The ratio exceeds the first with a probability of 95 %, and lies below the second with the
+    /// same; `None` after a single measurement.
     pub(crate) bounds: Option<(f64, f64)>,
 }
 
@@ -94,8 +94,7 @@ fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len() as f64
 }
 
-/// What Student's variable with so many degrees of freedom stays below in 95 of 100 cases (Student
-/// 1908, "The probable error of a mean").
+/// The 95th percentile of Student's distribution (Student 1908, "The probable error of a mean").
 fn student(freedom: usize) -> f64 {
     const TABLE: [f64; 12] = [6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833, 1.812, 1.796, 1.782];
     match freedom {
@@ -133,7 +132,7 @@ mod tests {
         let ratio = LogRatios::of_times(&[vec![1.0; 8]], &[others.to_vec()]).ratio().unwrap();
         let (lower, upper) = ratio.bounds.unwrap();
         assert!((ratio.mean - 2.0_f64.sqrt()).abs() < 1e-9);
-        // 1.895 deviations of 0.1310, which is the standard error of the logarithms.
+        // 1.895 times 0.1310, the standard error of the logarithms.
         assert!((lower - 2.0_f64.sqrt() * (-0.2482_f64).exp()).abs() < 1e-3, "{lower}");
         assert!((lower * upper - 2.0).abs() < 1e-9);
         assert_eq!(LogRatios::of_times(&[], &[]).ratio(), None);

@@ -1,4 +1,4 @@
-//! Rays that start where others ended.
+//! Rays that start at the hits of other rays.
 
 use glam::Vec3;
 
@@ -7,40 +7,40 @@ use crate::rng::Rng;
 use crate::scene::PinholeCamera;
 use crate::soup::Soup;
 
-/// How far a ray starts off the surface, as a fraction of its coordinates and of the way of the ray
-/// before.
+/// How far a ray starts off the surface, relative to its coordinates and to the distance of the
+/// hit.
 const OFFSET: f32 = 2e-5;
 
-/// Where rays ended: a point just off the surface, and the normal on the side they came from.
+/// The hits of rays: for each, a point just off the surface, and the normal on the side of the ray.
 pub(crate) struct HitPoints(Vec<(Vec3, Vec3)>);
 
 impl HitPoints {
-    /// Of those rays that hit something, in their order.
+    /// The hits of these rays, in their order.
     pub(crate) fn of(soup: &Soup, rays: &[Ray], answers: &[Answer]) -> Self {
         let hits = rays.iter().zip(answers).filter(|(_, answer)| answer.is_hit());
         Self(hits.filter_map(|(ray, answer)| hit_point(soup, ray, answer)).collect())
     }
 
-    /// `count` starting points, in order: each end about equally often.
+    /// `count` starting points in order, each hit about equally often.
     fn spread(&self, count: usize) -> impl Iterator<Item = (Vec3, Vec3)> {
         let count = if self.0.is_empty() { 0 } else { count };
         (0..count).map(move |i| self.0[i * self.0.len() / count])
     }
 
-    /// On by the cosine.
+    /// Rays with cosine-weighted directions about the normals.
     pub(crate) fn diffuse(&self, count: usize, seed: u64, bounce: u64) -> Vec<Ray> {
         let mut rng = Rng::new(seed, 0xd1ff + bounce);
         self.spread(count).map(|(point, normal)| Ray::new(point, rng.diffuse(normal))).collect()
     }
 
-    /// Every way, but not far.
+    /// As `diffuse`, with an end at `t_max`.
     pub(crate) fn short(&self, t_max: f32, count: usize, seed: u64) -> Vec<Ray> {
         let mut rng = Rng::new(seed, 0x5047);
         let ray = |(point, normal)| Ray { t_max, ..Ray::new(point, rng.diffuse(normal)) };
         self.spread(count).map(ray).collect()
     }
 
-    /// To a light.
+    /// Rays to a point light; they end just before it.
     pub(crate) fn to_light(&self, light: Vec3, count: usize) -> Vec<Ray> {
         let ray = |(point, _): (Vec3, Vec3)| {
             let offset = light - point;
@@ -51,8 +51,8 @@ impl HitPoints {
     }
 }
 
-/// A light up and to the right of the camera, by a third of the usual distance: in a room, within
-/// the room as a rule.
+/// A light up and to the right of the camera, at 0.3 times the median distance of hits, so that in
+/// a room it is usually within the room.
 pub(crate) fn light(camera: &PinholeCamera, hit_points: &HitPoints) -> Vec3 {
     let mut distances: Vec<f32> = hit_points.0.iter().map(|(point, _)| point.distance(camera.position)).collect();
     distances.sort_unstable_by(f32::total_cmp);

@@ -1,4 +1,4 @@
-//! Rays that start outside: from the camera, and along the axes.
+//! Rays that start outside the scene: from the camera, and along the axes.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ use crate::soup::Soup;
 /// Pixels along the side of a tile.
 const TILE: usize = 8;
 
-/// One ray through the middle of each pixel of a square picture of about `count` pixels, tile by
+/// One ray through the centre of each pixel of a square picture of about `count` pixels, tile by
 /// tile.
 pub(crate) fn primary(camera: &PinholeCamera, count: usize) -> Vec<Ray> {
     let tiles = (((count as f64).sqrt() / TILE as f64).round() as usize).max(1);
@@ -27,7 +27,7 @@ pub(crate) fn primary(camera: &PinholeCamera, count: usize) -> Vec<Ray> {
     rays
 }
 
-/// From a face of the scene's box, a little outside, straight through it: every axis both ways.
+/// Rays along the axes, in both directions, from just outside the scene's bounding box.
 pub(crate) fn axis_parallel(soup: &Soup, count: usize, seed: u64) -> Vec<Ray> {
     let bounds = soup.bounds();
     let (min, extent) = (Vec3::from(bounds.min), Vec3::from(bounds.extent()));

@@ -1,4 +1,4 @@
-//! Sets of rays: made once per scene, the same for every engine.
+//! Sets of rays: generated once per scene, the same for every engine.
 
 mod bounce;
 mod first;
@@ -10,37 +10,38 @@ use crate::ray::{Answer, Ray};
 use crate::scene::BenchScene;
 use kinetree::Coherence;
 
-/// What a set of rays is like.
+/// The kind of a set of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Kind {
     /// From a pinhole camera, in tiles of 8x8 pixels.
     Primary,
-    /// From where those hit, by the cosine, in the order of the pixels.
+    /// From the hits of primary rays, with cosine-weighted directions, in the order of the pixels.
     Diffuse,
-    /// The same, in random order.
+    /// As `Diffuse`, in random order.
     DiffuseShuffled,
     /// The fourth bounce, in the order of the pixels.
     Bounce4,
-    /// From where primary rays hit, every way, no farther than a fiftieth of the scene.
+    /// From the hits of primary rays, with cosine-weighted directions, at most a fiftieth of the
+    /// scene long.
     ShadowShort,
-    /// From where primary rays hit, to one light near the camera.
+    /// From the hits of primary rays to one light near the camera.
     Shadow,
     /// From outside the scene, along the axes.
     Axis,
 }
 
-/// What is asked about a set.
+/// What a set is traced for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Question {
     /// The nearest hit.
     Closest,
-    /// Whether there is any.
+    /// Whether there is any hit.
     Occluded,
 }
 
 impl Kind {
-    /// All, in the order of the tables.
+    /// All kinds, in the order of the tables.
     pub(crate) const ALL: [Self; 7] = [
         Self::Primary,
         Self::Diffuse,
@@ -51,7 +52,7 @@ impl Kind {
         Self::Axis,
     ];
 
-    /// As written in case files and results.
+    /// The name in case files and results.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Primary => "primary",
@@ -64,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// What is asked about it.
+    /// What such a set is traced for.
     pub(crate) fn question(self) -> Question {
         match self {
             Self::Shadow | Self::ShadowShort => Question::Occluded,
@@ -72,7 +73,7 @@ impl Kind {
         }
     }
 
-    /// What a batch call may be told; `None` where batches are not measured.
+    /// The coherence that a batch call is told; `None` where batches are not measured.
     pub(crate) fn batch(self) -> Option<Coherence> {
         match self {
             Self::Primary | Self::Shadow => Some(Coherence::Coherent),
@@ -84,14 +85,14 @@ impl Kind {
 
 /// A set of rays.
 pub(crate) struct RaySet {
-    /// What they are like.
+    /// What the rays are like.
     pub(crate) kind: Kind,
     /// The rays, in the order in which they are traced.
     pub(crate) rays: Vec<Ray>,
 }
 
-/// Makes the sets that are asked for, of about as many rays as `count` says of each. `trace` finds
-/// where rays end; a set whose rays would have to start somewhere that nothing was hit is left out.
+/// Generates the sets of these kinds, each of about `count` rays. `trace` finds the hits from which
+/// rays start; a set without rays, because nothing was hit, is left out.
 pub(crate) fn sets(
     scene: &BenchScene,
     kinds: &[Kind],

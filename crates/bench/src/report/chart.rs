@@ -1,5 +1,5 @@
-//! The chart: bars for single calls on one thread, written as SVG by hand. Its colours follow the
-//! reader's choice of light or dark.
+//! The chart: bars for single calls on one thread, as SVG. Its colours follow the reader's choice
+//! of a light or dark scheme.
 
 use std::fmt::Write as _;
 
@@ -7,16 +7,16 @@ use super::row::{GROWTH, Metric, Row};
 use crate::engine::Mode;
 use crate::rays::Kind;
 
-/// A column for each.
+/// The columns of the chart.
 const KINDS: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
-/// Of a column: names, bars, numbers.
+/// Widths of a column's names, bars and numbers, and heights of a bar and of the heading, pixels.
 const LEFT: f64 = 150.0;
 const WIDTH: f64 = 200.0;
 const RIGHT: f64 = 50.0;
 const BAR: f64 = 13.0;
 const HEAD: f64 = 40.0;
 
-/// Text and background in both schemes; bars stand out from either.
+/// Colours for both schemes; bars stand out from either background.
 const STYLE: &str = "<style>\
     text { fill: #1f2328 } .ground { fill: #ffffff } .range { stroke: #1f2328 }\
     .ours { fill: #d1495b } .robust { fill: #5f8dc4 } .other { fill: #a3adb9 }\
@@ -25,8 +25,8 @@ const STYLE: &str = "<style>\
     .ours { fill: #e8697a } .robust { fill: #5783b8 } .other { fill: #6e7781 } }\
     </style>";
 
-/// A panel per case and kind of rays; a bar per engine with the range of its rounds. Bars of a
-/// panel share a scale.
+/// One panel per case and kind of rays, with a bar per engine and the range of its rounds. The bars
+/// of a panel share a scale.
 pub(crate) fn chart(rows: &[Row], title: &str) -> String {
     let mut cases: Vec<&str> = Vec::new();
     for row in rows.iter().filter(|row| row.metric == Metric::Trace && !row.case.starts_with(GROWTH)) {

@@ -1,4 +1,4 @@
-//! Numbers that are made of several rows: quality that was traced, scaling, time to image, growth.
+//! Figures computed from several rows: tracing speed of a tree, scaling, time to image, growth.
 
 use std::collections::BTreeMap;
 
@@ -9,15 +9,15 @@ use crate::engine::Mode;
 use crate::measure::statistics::{LogRatios, Spread};
 use crate::rays::Kind;
 
-/// The rays that stand for what a picture needs.
+/// The rays of a picture, a third of each kind.
 const MIX: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
 
-/// The middle of each process; 0 where there is none.
+/// The median of each process; 0 for a process without times.
 fn medians(times: &[Vec<f64>]) -> Vec<f64> {
     times.iter().map(|rounds| Spread::of(rounds.iter().copied()).map_or(0.0, |spread| spread.median)).collect()
 }
 
-/// One number for each process that both have.
+/// Combines the numbers of two engines, process by process.
 fn both(one: &[f64], other: &[f64], number: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     one.iter().zip(other).map(|(one, other)| number(*one, *other)).collect()
 }
@@ -39,7 +39,7 @@ impl Record {
         })
     }
 
-    /// Of each process, nanoseconds per ray of the mix.
+    /// Nanoseconds per ray of the mix, by process.
     fn mixed(&self, case: &str, engine: &str) -> Option<Vec<f64>> {
         let each = |kind: Kind| {
             let row = self.single(case, engine, kind, 1)?;
@@ -49,19 +49,20 @@ impl Record {
         Some(both(&both(&a?, &b?, |a, b| a + b), &c?, |ab, c| (ab + c) / MIX.len() as f64))
     }
 
-    /// How much faster rays get through one tree than through another, over the mix.
+    /// How many times faster the mix is traced by `ours` than by `rival`.
     pub(super) fn traced(&self, case: &str, ours: &str, rival: &str) -> Option<LogRatios> {
         Some(LogRatios::of_processes(both(&self.mixed(case, rival)?, &self.mixed(case, ours)?, |rival, ours| {
             rival / ours
         })))
     }
 
-    /// How many times faster several threads are than one, by the wall, for each process.
+    /// How many times faster several threads are than one, by wall-clock time and process.
     fn scaling(one: &Row, several: &Row) -> Vec<f64> {
         both(&medians(&one.walls), &medians(&several.walls), |one, several| one / several)
     }
 
-    /// Our scaling over rival, for builds or for a kind of rays, in every case that has both.
+    /// The scaling of `ours` over that of `rival`, for builds or for a kind of rays, in every case
+    /// that has both.
     pub(super) fn scalings(&self, rays: Option<Kind>, (ours, rival): (&str, &str)) -> Vec<CaseRatio> {
         let row = |case: &str, engine: &str, threads| match rays {
             None => self.build(case, engine, threads),
@@ -82,8 +83,8 @@ impl Record {
         self.cases().iter().filter_map(find).collect()
     }
 
-    /// The time to an image of `each` rays per triangle, tree included: the best setting of ours
-    /// against the best of the others.
+    /// The time to an image of `each` rays per triangle, build included: the best setting of
+    /// kinetree against the best of all others.
     pub(super) fn images(&self, each: f64, robust: bool) -> Vec<CaseRatio> {
         let time = |case: &str, engine: &str| {
             let build = self.build(case, engine, 1).or_else(|| self.build(case, base(engine), 1))?;
@@ -111,8 +112,8 @@ impl Record {
         self.cases().iter().filter_map(find).collect()
     }
 
-    /// How much the time of building per triangle, over the depth of a tree of fours, grows from
-    /// the smallest to the largest of the series.
+    /// By which factor the build time per triangle and level of a four-wide tree grows from the
+    /// smallest to the largest scene of the series.
     pub(super) fn growth(&self, engine: &str) -> Option<CaseRatio> {
         let mut series: Vec<(usize, Vec<f64>)> = Vec::new();
         for row in
@@ -139,7 +140,7 @@ impl Record {
         })
     }
 
-    /// All that were measured, in order.
+    /// The names of all measured cases, in order.
     pub(super) fn cases(&self) -> Vec<String> {
         let mut cases: Vec<String> = Vec::new();
         for row in self.rows.iter().filter(|row| !row.case.starts_with(GROWTH)) {
@@ -151,7 +152,7 @@ impl Record {
     }
 }
 
-/// The engine whose build is the same: how triangles are tested does not change the tree.
+/// The engine that builds the same tree: the precision of triangle tests does not change it.
 pub(super) fn base(engine: &str) -> &str {
     let start = engine.strip_suffix(crate::engine::FAST_PRECISION_SUFFIX).or_else(|| engine.strip_suffix(" robust"));
     start.unwrap_or(engine)

@@ -1,50 +1,50 @@
-//! One goal: what was found about it case by case, and whether it is reached.
+//! A goal: the measured ratios case by case, and whether it is reached.
 
 use std::fmt::Write as _;
 
 use crate::measure::statistics::{LogRatios, Ratio};
 
-/// The cases whose geometric mean counts.
+/// The cases over which the geometric mean is taken.
 pub(crate) const COUNTED: [&str; 5] =
     ["race_black_forest", "kitchen_country", "stanford_bunny", "teapot_in_stadium_a", "race"];
 
-/// What has to be reached.
+/// What a ratio must reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Target {
-    /// The lower bound must reach the first number; the second is hoped for.
+    /// The lower bound must reach the first number; the second is the aim.
     AtLeast(f64, f64),
-    /// The upper bound must not pass the first number; the second is hoped for.
+    /// The upper bound must not exceed the first number; the second is the aim.
     AtMost(f64, f64),
-    /// For comparison only.
+    /// No target: shown for comparison.
     Shown,
 }
 
-/// What was found in one case.
+/// The ratio of one case.
 #[derive(Debug, Clone)]
 pub(crate) struct CaseRatio {
-    /// The case.
+    /// The name of the case.
     pub(crate) case: String,
-    /// Which engine of others is meant, and what else there is to say.
+    /// The rival, and further remarks.
     pub(crate) note: String,
-    /// The ratio.
+    /// The measured ratio.
     pub(crate) log_ratios: LogRatios,
 }
 
-/// A goal, and what was found.
+/// A goal with the measured ratios.
 #[derive(Debug, Clone)]
 pub(crate) struct Goal {
-    /// What is compared.
+    /// A description of what is compared.
     pub(crate) what: String,
-    /// What has to be reached.
+    /// What must be reached.
     pub(crate) target: Target,
-    /// Case by case.
+    /// The ratios, case by case.
     pub(crate) found: Vec<CaseRatio>,
-    /// Whether each case counts for itself, instead of the mean over those that are counted.
+    /// Whether every case must reach the target, instead of the mean over the counted cases.
     pub(crate) alone: bool,
 }
 
 impl Goal {
-    /// Whether the bar is reached; `None` when nothing was measured that counts.
+    /// Whether the target is reached; `None` without a measurement or a target.
     fn reached(&self, ratio: Option<Ratio>) -> Option<bool> {
         let ratio = ratio?;
         let (lower, upper) = ratio.bounds.unwrap_or((ratio.mean, ratio.mean));
@@ -55,7 +55,7 @@ impl Goal {
         }
     }
 
-    /// Some lines.
+    /// Appends the goal, its mean and its cases.
     pub(crate) fn write(&self, text: &mut String) {
         let (must, aim) = match self.target {
             Target::AtLeast(must, aim) => (format!("must {must:.2}"), format!(", aim {aim:.2}")),

@@ -1,5 +1,5 @@
-//! The goals for speed, each with what was measured: ours over the best of the others, case by
-//! case, and the geometric mean.
+//! The goals for speed, each with its measured ratios: kinetree over the best rival, case by case,
+//! and the geometric mean.
 
 use super::derived::base;
 use super::goal::{CaseRatio, Goal, Target};
@@ -9,7 +9,7 @@ use crate::engine::{Class, Mode};
 use crate::measure::statistics::LogRatios;
 use crate::rays::Kind;
 
-/// Whose trees are compared: ours, and those of Embree and tinybvh that are their like.
+/// The class, the setting of kinetree, the setting of Embree, and the name of the class.
 const CLASSES: [(Class, &str, &str, &str); 2] =
     [(Class::Fast, "kinetree fast", "embree medium", "Fast"), (Class::Best, "kinetree best", "embree high", "Best")];
 
@@ -39,7 +39,8 @@ pub(crate) fn goals(record: &Record, level: &str, second_cache: usize) -> String
 }
 
 impl Record {
-    /// In each case, the first of ours that `ours` picks over the fastest that `rival` picks.
+    /// For each case, the row of kinetree that `ours` selects over the fastest row that `rival`
+    /// selects.
     fn pairs(&self, ours: impl Fn(&Row) -> bool, rival: impl Fn(&Row) -> bool) -> Vec<CaseRatio> {
         let find = |row: &Row| {
             let others =
@@ -67,7 +68,7 @@ fn is_single(row: &Row, kind: Kind, class: Class, robust: bool) -> bool {
 
 type ClassRow = (Class, &'static str, &'static str, &'static str);
 
-/// Single calls.
+/// Goals for single calls.
 fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Goal>) {
     let sets = [(Kind::Primary, 1.3), (Kind::Diffuse, 1.3), (Kind::Shadow, 1.5), (Kind::ShadowShort, 1.5)];
     let mut add = |kind: Kind, what: &str, target, found| {
@@ -90,7 +91,7 @@ fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Goal>) 
     }
 }
 
-/// Many rays at once.
+/// Goals for batches.
 fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mut Vec<Goal>) {
     let (_, name, _, classes) = CLASSES[usize::from(class == Class::Best)];
     let batch = |kind: Kind, robust: bool| {
@@ -130,7 +131,7 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
     }
 }
 
-/// Long thin triangles, each scene for itself.
+/// Goals for scenes of long thin triangles, each scene for itself.
 fn thin(record: &Record, all: &mut Vec<Goal>) {
     for robust in [false, true] {
         let how = if robust { "watertight" } else { "Precision::Fast" };
@@ -158,8 +159,7 @@ fn thin(record: &Record, all: &mut Vec<Goal>) {
     }
 }
 
-/// What a found pair of builds is worth: how fast rays are in the trees that come out, and what the
-/// trees cost.
+/// How fast rays are traced in the built trees, and what the trees cost.
 fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>, String) {
     let traced = record.traced(case, ours, rival).and_then(|log_ratios| log_ratios.ratio()).map(|ratio| ratio.mean);
     let cost =
@@ -172,10 +172,10 @@ fn quality(record: &Record, case: &str, ours: &str, rival: &str) -> (Option<f64>
     (traced, text)
 }
 
-/// Builds on one thread.
+/// Goals for builds on one thread.
 fn builds(record: &Record, all: &mut Vec<Goal>) {
     let loose = |engine: &str| format!("{engine}{}", crate::engine::FAST_PRECISION_SUFFIX);
-    // In the mode that Embree's default is like, where there is one.
+    // With `Precision::Fast`, like Embree's default, if that was measured.
     let tracing = |case: &str, engine: &str| {
         let other = loose(engine);
         if record.single(case, &other, Kind::Primary, 1).is_some() { other } else { engine.to_owned() }
@@ -200,7 +200,7 @@ fn builds(record: &Record, all: &mut Vec<Goal>) {
     let near: Vec<CaseRatio> = fastest.iter().filter(|found| good(found, "embree medium", 0.95)).cloned().collect();
     add("build, Fastest over Embree LOW, where rays are at least as fast", Target::AtLeast(1.0, 1.2), level);
     add("build, Fastest over Embree LOW, where rays are slower", Target::Shown, rest);
-    // 1.6 times Embree's time is allowed.
+    // The build may take 1.6 times as long as Embree's.
     add(
         "build, Fastest over Embree LOW, where rays reach 0.95 of MEDIUM's",
         Target::AtLeast(1.0 / 1.6, 1.2 / 1.6),
@@ -211,11 +211,11 @@ fn builds(record: &Record, all: &mut Vec<Goal>) {
     add("build, Best over Embree HIGH", Target::AtLeast(1.0, 1.5), compare("kinetree best", "embree high"));
 }
 
-/// Scaling, images, refits, growth, memory.
+/// Goals for scaling, time to image, refits, growth and memory.
 fn rest(record: &Record, all: &mut Vec<Goal>) {
     let mut add = |what: String, target, found, alone| all.push(Goal { what, target, found, alone });
     for (_, ours, rival, _) in CLASSES {
-        // The aim is 1.9 by itself, which the notes show.
+        // The aim for kinetree's own scaling is 1.9, which the notes show.
         let target = Target::AtLeast(1.0, 1.0);
         add(
             format!("scaling of builds, {ours} over {rival}, aim 1.9 by itself"),
@@ -261,7 +261,7 @@ fn rest(record: &Record, all: &mut Vec<Goal>) {
     add("bytes per triangle of the Fast tree, leaves included".into(), Target::AtMost(75.0, 66.0), found, true);
 }
 
-/// Cases whose triangles share no vertices end so.
+/// Ends the names of cases whose triangles share no vertices.
 pub(crate) const UNINDEXED: &str = " unindexed";
 
 #[cfg(test)]

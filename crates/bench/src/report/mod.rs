@@ -1,4 +1,4 @@
-//! What was measured, as rows for programs, tables for readers, and a chart.
+//! The results: rows for programs, tables for readers, and a chart.
 
 mod chart;
 mod derived;

@@ -1,23 +1,23 @@
-//! Everything that a run has measured: what processes hand to the one that started them.
+//! All measurements of a run, as a child process hands them to its parent.
 
 use serde::{Deserialize, Serialize};
 
 use super::row::Row;
 
-/// What is known about a tree.
+/// Figures of a tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TreeNote {
-    /// The case.
+    /// The name of the case.
     pub(crate) case: String,
-    /// Whose.
+    /// The name of the engine.
     pub(crate) engine: String,
-    /// Of the scene.
+    /// Triangles of the scene.
     pub(crate) triangles: usize,
-    /// Held by the finished tree.
+    /// Bytes of the finished tree.
     pub(crate) bytes: usize,
     /// As `Facts::cost` of the engine.
     pub(crate) cost: Option<f32>,
-    /// Summed area of the common boxes of siblings over the root's.
+    /// Summed area of the intersections of sibling boxes, over the root's.
     pub(crate) overlap: Option<f32>,
 }
 
@@ -27,7 +27,7 @@ impl TreeNote {
         self.engine.starts_with("tinybvh")
     }
 
-    /// For a list.
+    /// The figures in one line.
     pub(crate) fn sentence(&self) -> String {
         let number = |number: Option<f32>| number.map_or_else(|| "-".to_owned(), |number| format!("{number:.3}"));
         let each = self.bytes as f64 / self.triangles.max(1) as f64;
@@ -37,23 +37,23 @@ impl TreeNote {
     }
 }
 
-/// All that was measured, and whether ours gave the right answers.
+/// All measurements, and whether the answers were right.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Record {
-    /// In the order in which they were measured.
+    /// Rows in the order in which they were measured.
     pub(crate) rows: Vec<Row>,
-    /// One for each engine and case.
+    /// One tree for each engine and case.
     pub(crate) trees: Vec<TreeNote>,
-    /// Whether an answer of ours was wrong.
+    /// Whether kinetree gave a wrong answer.
     pub(crate) kinetree_is_wrong: bool,
-    /// Whether an answer of anybody was wrong, edges of triangles apart.
+    /// Whether any engine gave a wrong answer away from edges of triangles.
     pub(crate) some_engine_differs: bool,
-    /// What was said meanwhile.
+    /// The log.
     pub(crate) text: String,
 }
 
 impl Record {
-    /// Adds what process number `process` has measured.
+    /// Adds the measurements of process number `process`.
     pub(crate) fn join(&mut self, other: Self, process: usize) {
         for row in other.rows {
             match self.rows.iter_mut().find(|known| known.is_same(&row)) {

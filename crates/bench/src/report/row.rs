@@ -1,4 +1,4 @@
-//! One measured row.
+//! A row of results: one measurement of one engine.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,29 +7,29 @@ use crate::measure::clock::Elapsed;
 use crate::measure::statistics::{LogRatios, Spread};
 use crate::rays::Kind;
 
-/// Names of the cases of growth begin so; the number of triangles follows.
+/// Begins the names of the cases of the growth series; the number of triangles follows.
 pub(crate) const GROWTH: &str = "growth ";
 
 /// What was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Metric {
-    /// Rays through a tree.
+    /// Tracing rays.
     Trace,
-    /// From triangles to a tree that can be traced.
+    /// Building a tree from triangles.
     Build,
-    /// From new vertices to a tree that can be traced.
+    /// Refitting a tree to new vertices.
     Refit,
-    /// From new transforms to a tree over instances.
+    /// Building a tree over instances from new transforms.
     #[allow(dead_code)]
     TopLevel,
-    /// Of the finished tree.
+    /// Memory of the finished tree.
     Memory,
-    /// The most at a time while it was built.
+    /// Peak memory of the build.
     PeakMemory,
 }
 
-/// What numbers mean.
+/// The unit of a row's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Unit {
     /// Million rays per second.
@@ -44,7 +44,7 @@ pub(crate) enum Unit {
 }
 
 impl Unit {
-    /// As written in tables and results.
+    /// The name in tables and results.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Rays => "Mrays/s",
@@ -53,7 +53,7 @@ impl Unit {
         }
     }
 
-    /// What so many seconds for so many rays are.
+    /// Converts a time for a number of rays into this unit.
     fn of_seconds(self, seconds: f64, rays: usize) -> f64 {
         match self {
             Self::Rays => rays as f64 / seconds.max(1e-9) / 1e6,
@@ -62,72 +62,73 @@ impl Unit {
     }
 }
 
-/// How many answers of an engine were not those of the reference.
+/// The number of wrong answers of an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct WrongAnswers {
-    /// Everywhere.
+    /// All wrong answers.
     pub(crate) all: usize,
-    /// Of those, not at the edge of a triangle.
+    /// Those of them that are not at the edge of a triangle.
     pub(crate) elsewhere: usize,
 }
 
-/// Work per ray, where an engine counts it.
+/// Work per ray, if the engine counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PerRay {
     pub(crate) nodes: f64,
     pub(crate) blocks: f64,
     pub(crate) triangles: f64,
-    /// Of 64 bytes.
+    /// Cache lines of 64 bytes.
     pub(crate) lines: f64,
 }
 
-/// One engine, one thing measured, on one case.
+/// One measurement of one engine in one case.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Row {
-    /// The case.
+    /// The name of the case.
     pub(crate) case: String,
-    /// Name and settings; those of ours begin with `kinetree`.
+    /// Name and settings; the names of kinetree's settings begin with `kinetree`.
     pub(crate) engine: String,
     /// What was measured.
     pub(crate) metric: Metric,
-    /// Which rays; none but for traces.
+    /// The kind of rays, for traces.
     pub(crate) rays: Option<Kind>,
-    /// How rays were handed over; none but for traces.
+    /// How rays were handed over, for traces.
     pub(crate) mode: Option<Mode>,
-    /// The instructions that the engine runs with, see
+    /// The instructions that the engine uses, see
     /// [`Engine::instructions`](crate::engine::Engine::instructions).
     pub(crate) instructions: String,
-    /// Whether the engine promises that no ray slips between triangles.
+    /// Whether the engine promises watertight hits.
     pub(crate) robust: bool,
-    /// How many threads worked.
+    /// The number of threads.
     pub(crate) threads: usize,
-    /// Of the numbers that follow.
+    /// The unit of the following numbers.
     pub(crate) unit: Unit,
-    /// Over all rounds, by the time of processors for one thread, by the wall for several.
+    /// The median over all rounds: of processor time for one thread, of wall-clock time for
+    /// several.
     pub(crate) median: f64,
-    /// The least.
+    /// The smallest number.
     pub(crate) min: f64,
-    /// The greatest.
+    /// The largest number.
     pub(crate) max: f64,
-    /// What the tree was built for.
+    /// The kind of tree.
     pub(crate) class: Class,
-    /// How many rays a round traces.
+    /// The number of rays of a round.
     pub(crate) count: usize,
-    /// Seconds, by process and round.
+    /// The seconds from which the numbers above are computed, by process and round.
     pub(crate) times: Vec<Vec<f64>>,
-    /// The same by the wall, whatever the others are by.
+    /// Wall-clock seconds, by process and round.
     pub(crate) walls: Vec<Vec<f64>>,
-    /// Of rays.
+    /// Wrong answers, for traces.
     pub(crate) wrong_answers: Option<WrongAnswers>,
-    /// Of rays.
+    /// Work per ray, for traces.
     pub(crate) work: Option<PerRay>,
 }
 
-/// What readers of results are given of a row.
+/// The fields of a row in the JSON results.
 #[derive(Serialize)]
 struct Published<'a> {
     case: &'a str,
-    /// Which all engines of the run were forced to that can be.
+    /// The level that engines were forced to, as far as possible.
     level: &'a str,
     engine: &'a str,
     instructions: &'a str,
@@ -150,22 +151,22 @@ impl<'a> Published<'a> {
     }
 }
 
-/// All rows of a run at a level, as a JSON array.
+/// All rows of a run as a JSON array.
 ///
 /// # Errors
-/// Those of the serializer; rows have nothing that it refuses.
+/// Those of the serializer; rows contain nothing that it refuses.
 pub(crate) fn json(rows: &[Row], level: &str) -> Result<String, serde_json::Error> {
     let rows: Vec<Published<'_>> = rows.iter().map(|row| Published::of(row, level)).collect();
     serde_json::to_string_pretty(&rows)
 }
 
 impl Row {
-    /// Whether it is one of ours.
+    /// Whether this is a row of kinetree.
     pub(crate) fn is_kinetree(&self) -> bool {
         self.engine.starts_with("kinetree")
     }
 
-    /// Fills in what the rounds of this process took; nothing comes of no rounds.
+    /// The row with the times of this process; `None` if there are none.
     pub(crate) fn with_times(mut self, times: &[Elapsed]) -> Option<Self> {
         let walls: Vec<f64> = times.iter().map(|elapsed| elapsed.wall).collect();
         let processor = times.iter().map(|elapsed| elapsed.processor).collect();
@@ -183,7 +184,7 @@ impl Row {
         self.sum_up();
     }
 
-    /// Whether there is anything to sum up.
+    /// Computes median and range from the times; `false` if there are none.
     fn sum_up(&mut self) -> bool {
         let seconds = self.times.iter().flatten();
         let Some(spread) = Spread::of(seconds.map(|time| self.unit.of_seconds(*time, self.count))) else {
@@ -193,32 +194,32 @@ impl Row {
         true
     }
 
-    /// The middle of all rounds, seconds.
+    /// The median over all rounds, seconds.
     pub(crate) fn seconds(&self) -> f64 {
         Spread::of(self.times.iter().flatten().copied()).map_or(f64::INFINITY, |spread| spread.median)
     }
 
-    /// Whether both are the same row, of different processes.
+    /// Whether both are the same measurement, of different processes.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let key = |row: &Self| (row.metric, row.rays, row.mode, row.robust, row.threads);
         (&self.case, &self.engine) == (&other.case, &other.engine) && key(self) == key(other)
     }
 
-    /// Whether both are about the same question, and may stand side by side.
+    /// Whether both measure the same job, so that they stand in the same table.
     pub(crate) fn is_comparable(&self, other: &Self) -> bool {
         let batch = |row: &Self| row.mode.is_some_and(|mode| mode != Mode::Single);
         (&self.case, self.metric, self.rays, self.threads) == (&other.case, other.metric, other.rays, other.threads)
             && batch(self) == batch(other)
     }
 
-    /// Whether the other is its rival: the same kind of tree and, for rays, the same promise about
+    /// Whether the other is a rival: the same class of tree and, for rays, the same promise about
     /// edges.
     pub(crate) fn is_rival(&self, other: &Self) -> bool {
         self.class == other.class && (self.robust == other.robust || self.metric != Metric::Trace)
     }
 
-    /// Whether the other is what a user of another engine would do with the same rays: one call
-    /// each, where nobody else takes batches.
+    /// Whether the other shows how another engine traces rays for which kinetree takes a batch: by
+    /// single calls, since it has no batches for such rays.
     fn is_substitute(&self, other: &Self) -> bool {
         let rays_without_batches = self.mode == Some(Mode::Batch) && self.rays == Some(Kind::DiffuseShuffled);
         let same = (&self.case, self.metric, self.rays, self.threads)
@@ -226,8 +227,7 @@ impl Row {
         rays_without_batches && same
     }
 
-    /// How it does against the fastest of those that `who` picks among comparable engines of
-    /// others: its row, and the paired ratio.
+    /// The fastest comparable row of another engine that `who` accepts, and the paired ratio.
     pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, LogRatios)> {
         let others = rows.iter().filter(|row| {
             !row.is_kinetree()

@@ -1,11 +1,12 @@
-//! The table for readers.
+//! The tables for readers.
 
 use std::fmt::Write as _;
 
 use super::goal::show;
 use super::row::{Metric, PerRay, Row};
 
-/// Every row, the fastest of each question first; ours with their ratios to the best of the others.
+/// All rows, grouped by job, the best first; rows of kinetree with their ratios to the best of the
+/// others.
 pub(crate) fn table(rows: &[Row]) -> String {
     let mut text = String::new();
     let mut done = vec![false; rows.len()];

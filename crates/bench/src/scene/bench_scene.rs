@@ -6,22 +6,22 @@ use crate::soup::Soup;
 
 /// Triangles and a camera.
 pub(crate) struct BenchScene {
-    /// The triangles.
+    /// The triangles, world space.
     pub(crate) soup: Soup,
-    /// What sees them.
+    /// The camera of the primary rays.
     pub(crate) camera: PinholeCamera,
 }
 
-/// Rays along a side of the picture that tells how much is seen.
+/// Preview rays along a side of the picture, which measure how much of it shows something.
 const PREVIEW_SIDE: usize = 24;
-/// This part of the picture should show something.
+/// The part of the picture that should show something.
 const LEAST_COVERAGE: f32 = 0.6;
-/// How often it is looked closer, and how much each time.
+/// How often the view is narrowed at most, and by which factor each time.
 const STEPS: usize = 16;
 const NARROWING: f32 = 0.8;
 
 impl BenchScene {
-    /// With a camera outside that shows all of it.
+    /// A scene with a camera outside that shows all of it.
     pub(super) fn with_default_camera(soup: Soup) -> Self {
         Self { camera: PinholeCamera::frame(&soup), soup }
     }

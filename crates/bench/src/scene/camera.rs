@@ -11,23 +11,24 @@ use crate::soup::Soup;
 pub(crate) struct PinholeCamera {
     /// Metres, world space.
     pub(crate) position: Vec3,
-    /// Where it looks, of length one.
+    /// The direction of view, of length one.
     pub(crate) forward: Vec3,
-    /// From the middle of the picture to its right edge, at distance one.
+    /// From the centre of the picture to its right edge, at distance one.
     pub(crate) right: Vec3,
-    /// From the middle of the picture to its upper edge, at distance one.
+    /// From the centre of the picture to its upper edge, at distance one.
     pub(crate) up: Vec3,
 }
 
 impl PinholeCamera {
-    /// At `position`, looking at `target`; `half` is the tangent of half the angle of view.
+    /// A camera at `position` that looks at `target`; `half` is the tangent of half the angle of
+    /// view.
     pub(crate) fn look_at(position: Vec3, target: Vec3, half: f32) -> Self {
         let forward = (target - position).normalize_or(Vec3::NEG_Z);
         let right = forward.cross(Vec3::Y).normalize_or(Vec3::X);
         Self { position, forward, right: right * half, up: right.cross(forward) * half }
     }
 
-    /// From outside, so that the box fills the picture.
+    /// A camera outside the scene that shows all of it.
     pub(super) fn frame(soup: &Soup) -> Self {
         let bounds = soup.bounds();
         let radius = (Vec3::from(bounds.extent()).length() * 0.5).max(1e-6);
@@ -37,7 +38,7 @@ impl PinholeCamera {
 }
 
 impl fmt::Display for PinholeCamera {
-    /// As a case file has it.
+    /// Writes the fields of a case file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { position, forward, right, .. } = self;
         write!(f, "{position:?}, looking along {forward:?}, half {}", right.length())

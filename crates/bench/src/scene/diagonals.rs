@@ -1,17 +1,16 @@
-//! Long thin triangles at random angles in a box: the worst that a tree of boxes can be given
-//! without malice.
+//! Long thin triangles at random angles in a box: about the worst case for axis-aligned boxes.
 
 use glam::Vec3;
 
 use crate::rng::Rng;
 use crate::soup::Soup;
 
-/// Half the length of a triangle; the box they start in has sides of length two.
+/// Half the length of a triangle; their centres lie in a box of side two.
 const REACH: f32 = 0.5;
-/// Half its width.
+/// Half the width of a triangle.
 const WIDTH: f32 = 5e-4;
 
-/// So many of them.
+/// `count` triangles.
 pub(crate) fn diagonals(seed: u64, count: usize) -> Soup {
     let mut rng = Rng::new(seed, 1);
     let mut positions = Vec::with_capacity(3 * count);

@@ -1,4 +1,4 @@
-//! Spheres of many sizes in each other's way: boxes that overlap wherever one looks.
+//! Overlapping spheres of many sizes, so that boxes overlap everywhere.
 
 use glam::Vec3;
 
@@ -6,10 +6,10 @@ use super::shapes::sphere;
 use crate::rng::Rng;
 use crate::soup::Soup;
 
-/// How often the edges of a sphere's octahedron are divided.
+/// How often each edge of a sphere's octahedron is divided.
 const CUTS: usize = 16;
 
-/// About so many triangles.
+/// About this many triangles.
 pub(crate) fn pile(seed: u64, triangles: usize) -> Soup {
     let mut rng = Rng::new(seed, 2);
     let mut soup = Soup::default();

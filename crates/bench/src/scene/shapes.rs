@@ -1,16 +1,16 @@
-//! Meshes that scenes are strewn with.
+//! Meshes that scenes are made of.
 
 use glam::Vec3;
 
-/// A sphere of radius one about the origin, an octahedron whose faces are divided `cuts` times
-/// along each edge: `8 * cuts * cuts` triangles.
+/// A unit sphere about the origin: an octahedron whose edges are divided `cuts` times, of `8 * cuts
+/// * cuts` triangles.
 pub(crate) fn sphere(cuts: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let cuts = cuts.max(1);
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for face in 0..8_u32 {
         let sign = |bit: u32| if face >> bit & 1 == 0 { 1.0 } else { -1.0 };
         let [x, y, z] = [Vec3::X * sign(0), Vec3::Y * sign(1), Vec3::Z * sign(2)];
-        // Mirrored once or three times, the corners run the other way.
+        // An odd number of mirrorings reverses the orientation.
         let [a, b, c] = if face.count_ones() % 2 == 0 { [x, y, z] } else { [x, z, y] };
         let first = positions.len() as u32;
         for row in 0..=cuts {
@@ -19,7 +19,7 @@ pub(crate) fn sphere(cuts: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
                 positions.push((a * (cuts as f32 - i - j) + b * i + c * j).normalize());
             }
         }
-        // Where a row begins: rows get shorter by one.
+        // Each row is one vertex shorter than the one before.
         let at =
             |row: usize, column: usize| first + (row * (cuts + 1) - row * row.saturating_sub(1) / 2 + column) as u32;
         for row in 0..cuts {

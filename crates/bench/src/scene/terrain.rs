@@ -1,5 +1,5 @@
-//! Hills with spheres strewn over them: large even triangles beside small ones, and a camera that
-//! stands in the middle of it.
+//! Hills with scattered spheres: large even triangles beside small ones, and a camera in the
+//! middle.
 
 use glam::Vec3;
 
@@ -10,14 +10,14 @@ use super::shapes::sphere;
 use crate::rng::Rng;
 use crate::soup::Soup;
 
-/// How often the edges of a sphere's octahedron are divided.
+/// How often each edge of a sphere's octahedron is divided.
 const CUTS: usize = 10;
-/// Half the length of a side, metres.
+/// Half the side of the terrain, metres.
 const HALF: f32 = 100.0;
 /// Octaves of noise.
 const OCTAVES: u32 = 6;
 
-/// About so many triangles: two thirds of them ground.
+/// About this many triangles, two thirds of them ground.
 pub(crate) fn terrain(seed: u64, triangles: usize) -> BenchScene {
     let ground = Ground { seed };
     let mut soup = Soup::default();
@@ -46,13 +46,13 @@ pub(crate) fn terrain(seed: u64, triangles: usize) -> BenchScene {
     BenchScene { soup, camera: PinholeCamera::look_at(camera, ground.at(10.0, 15.0), 0.6) }
 }
 
-/// Value noise: random heights on a grid, smoothly between, summed over octaves.
+/// Value noise: random heights on a grid, smoothly interpolated, summed over octaves.
 struct Ground {
     seed: u64,
 }
 
 impl Ground {
-    /// The point of the ground at a place.
+    /// The point of the ground at these coordinates.
     fn at(&self, x: f32, z: f32) -> Vec3 {
         let height: f32 = (0..OCTAVES)
             .map(|octave| {

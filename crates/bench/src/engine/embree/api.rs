@@ -1,4 +1,4 @@
-//! The part of Embree's C interface that is called, opened at run time.
+//! The part of Embree's C interface that is called, loaded at run time.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::mem::ManuallyDrop;
@@ -9,10 +9,11 @@ use libloading::Library;
 use crate::failure::Failure;
 use crate::peers;
 
-/// Names the library to open instead of the one that `fetch-peers` brought.
+/// Environment variable with the path of the library, instead of the one that `fetch-peers`
+/// downloaded.
 const VARIABLE: &str = "KINETREE_EMBREE";
 
-/// A value of one of Embree's enumerations.
+/// Declares an enumeration of Embree.
 macro_rules! constants {
     ($(#[$meta:meta])* $name:ident { $($constant:ident = $value:expr),+ }) => {
         $(#[$meta])*
@@ -42,7 +43,7 @@ constants!(/// `RTCRayQueryFlags`
 /// `RTC_INVALID_GEOMETRY_ID`
 pub(super) const INVALID: c_uint = c_uint::MAX;
 
-/// `RTCIntersectArguments`, and `RTCOccludedArguments`, which looks the same.
+/// `RTCIntersectArguments`, and `RTCOccludedArguments`, which has the same layout.
 #[repr(C)]
 pub(super) struct Arguments {
     pub(super) flags: RayQueryFlags,
@@ -54,7 +55,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// The defaults, but for the flags.
+    /// The default arguments with these flags.
     pub(super) fn with_flags(flags: RayQueryFlags) -> Self {
         let null = std::ptr::null_mut();
         Self { flags, feature_mask: c_uint::MAX, context: null, filter: null, callback: null, min_width: 0.0 }
@@ -74,8 +75,8 @@ pub(super) struct RtcRay {
     pub(super) flags: c_uint,
 }
 
-/// `RTCRayHit`. Its last members depend on how the library was compiled; room is left for both
-/// ways.
+/// `RTCRayHit`. Its last members depend on how the library was compiled; there is space for both
+/// variants.
 #[repr(C, align(16))]
 pub(super) struct RtcRayHit {
     pub(super) ray: RtcRay,
@@ -89,8 +90,7 @@ pub(super) struct RtcRayHit {
 
 const _: () = assert!(size_of::<RtcRay>() == 48 && size_of::<RtcRayHit>() == 96);
 
-/// `RTCRayHitN` for `N` rays side by side. Occlusion reads and writes the part of the ray, which
-/// comes first.
+/// `RTCRayHitN` for `N` rays. Occlusion reads and writes the first part, the ray.
 #[repr(C, align(64))]
 pub(super) struct Packet<const N: usize> {
     pub(super) origin: [[f32; N]; 3],
@@ -114,15 +114,15 @@ pub(super) type MemoryMonitor = unsafe extern "C" fn(*mut c_void, isize, bool) -
 pub(super) type Trace1 = unsafe extern "C" fn(Handle, *mut c_void, *mut Arguments);
 pub(super) type TraceN = unsafe extern "C" fn(*const c_int, Handle, *mut c_void, *mut Arguments);
 
-/// Declares the table of functions, and how it is filled from the library.
+/// Declares the table of functions, and how it is loaded from the library.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: $kind:ty),+ $(,)?) => {
         /// The functions that are called. They stay valid for ever: the library is never closed,
-        /// because its threads outlive the devices that started them, and would be left without the
-        /// code that they run.
+        /// because its threads outlive the devices that started them and would lose the code that
+        /// they run.
         pub(super) struct Api {
             $(pub(super) $field: $kind,)+
-            /// As `isa=` of every device names it; `None` for what Embree takes by itself.
+            /// The value of `isa=` for every device; `None` for Embree's own choice.
             pub(super) isa: Option<&'static str>,
             _library: ManuallyDrop<Library>,
         }
@@ -170,11 +170,11 @@ functions! {
 }
 
 impl Api {
-    /// Opens the library that the environment names, or else the one that was fetched; its devices
-    /// are to use these instructions.
+    /// Loads the library that the environment names, or else the downloaded one. All devices will
+    /// use the instructions `isa`.
     ///
     /// # Errors
-    /// It is not there, cannot be opened, or is not Embree 4.
+    /// The library is missing, cannot be loaded, or is not Embree 4.
     pub(super) fn open(isa: Option<&'static str>) -> Result<Self, Failure> {
         let path = match std::env::var_os(VARIABLE) {
             Some(path) => PathBuf::from(path),
@@ -184,8 +184,8 @@ impl Api {
     }
 
     fn open_at(path: &Path, isa: Option<&'static str>) -> Result<Self, Failure> {
-        // SAFETY: what runs when Embree and its thread library are opened touches nothing but
-        // themselves. The latter lies beside it, where its own search path leads.
+        // SAFETY: the initialisers of Embree and of its thread library change nothing but their own
+        // state. The thread library lies beside Embree, where Embree's own search path finds it.
         Self::of(unsafe { Library::new(path)? }, isa)
     }
 }

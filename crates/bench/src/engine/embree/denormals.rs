@@ -1,13 +1,13 @@
-//! Denormal numbers count as zero, for a while.
+//! Treats denormal numbers as zero in a scope.
 
-/// As long as it lives, this thread takes denormal numbers for zero and makes none. Elsewhere than
-/// on x86-64 it does nothing.
+/// While this value lives, its thread reads denormal numbers as zero and flushes denormal results
+/// to zero. On other processors than x86-64 it does nothing.
 pub(super) struct NoDenormals {
     #[cfg(target_arch = "x86_64")]
     before: u32,
 }
 
-/// Flush to zero, and denormals are zero.
+/// The bits FTZ (flush to zero) and DAZ (denormals are zero) of MXCSR.
 #[cfg(target_arch = "x86_64")]
 const BITS: u32 = 1 << 15 | 1 << 6;
 
@@ -34,7 +34,7 @@ impl Drop for NoDenormals {
 #[cfg(target_arch = "x86_64")]
 fn control() -> u32 {
     let mut value = 0_u32;
-    // SAFETY: every x86-64 processor has the register; four bytes are written to a live place.
+    // SAFETY: every x86-64 processor has the register; four bytes are written to a live variable.
     unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags)) };
     value
 }
@@ -42,8 +42,8 @@ fn control() -> u32 {
 #[cfg(target_arch = "x86_64")]
 fn set_control(value: u32) {
     // SAFETY: the value is one that the register held, with or without the two bits, both of which
-    // every x86-64 processor has. While they are set, this program only copies floats and compares
-    // them; Embree, which computes, asks for them.
+    // every x86-64 processor has. While they are set, this program only copies and compares floats;
+    // Embree, which computes, asks for them.
     unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags)) };
 }
 

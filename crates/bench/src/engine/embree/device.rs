@@ -1,4 +1,4 @@
-//! A device of Embree: threads, and a count of its memory.
+//! A device of Embree: its threads, and a count of its memory.
 
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use crate::failure::Failure;
 
 /// `RTC_DEVICE_PROPERTY_VERSION`
 const VERSION: i32 = 0;
-/// `RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED` and the same of sixteen.
+/// `RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED` and `RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED`.
 const NATIVE: [i32; 2] = [33, 34];
 
-/// Bytes that Embree holds and held.
+/// The memory of a device, bytes.
 #[derive(Default)]
 pub(super) struct Memory {
     now: AtomicIsize,
@@ -20,16 +20,15 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    /// Bytes held now, and the most at a time.
+    /// The current and the largest number of bytes.
     pub(super) fn now_and_most(&self) -> (usize, usize) {
         [&self.now, &self.most].map(|count| count.load(Ordering::Relaxed).max(0) as usize).into()
     }
 }
 
-/// Embree's own calling convention for its count.
+/// The callback by which Embree reports allocations.
 unsafe extern "C" fn monitor(memory: *mut c_void, bytes: isize, _: bool) -> bool {
-    // SAFETY: the pointer is the one that `Device::new` gave; the device drops its count after the
-    // device itself.
+    // SAFETY: `Device::new` passed a pointer to this type; the count is dropped after the device.
     let memory = unsafe { &*memory.cast::<Memory>() };
     let now = memory.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
     memory.most.fetch_max(now, Ordering::Relaxed);
@@ -49,18 +48,18 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// With so many threads for builds.
+    /// A device with this number of build threads.
     pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Self, Failure> {
         Self::with_messages(api, threads, false)
     }
 
-    /// The same; it may tell on the standard output what its trees are like.
+    /// As `new`; with `messages`, Embree prints statistics of its trees on standard output.
     pub(super) fn with_messages(api: &Arc<Api>, threads: usize, messages: bool) -> Result<Self, Failure> {
         let verbose = if messages { 2 } else { 0 };
         let isa = api.isa.map_or_else(String::new, |isa| format!(",isa={isa}"));
-        // Threads are there before they are needed, as ours are.
+        // Threads are started in advance, as those of kinetree are.
         let settings = CString::new(format!("threads={threads},start_threads=1,verbose={verbose}{isa}"))?;
-        // SAFETY: the text ends with a zero and is copied.
+        // SAFETY: the text is terminated by a zero byte, and Embree copies it.
         let handle = unsafe { (api.new_device)(settings.as_ptr()) };
         if handle.is_null() {
             return Err("it gives no device on this processor".into());
@@ -72,7 +71,7 @@ impl Device {
             return Err(format!("version 4 is needed, this is {version}").into());
         }
         let memory: *const Memory = &*device.memory;
-        // SAFETY: the device is alive, and the box of its count outlives it.
+        // SAFETY: the device is alive, and the boxed count outlives it.
         unsafe { (api.set_memory_monitor)(handle, Some(monitor), memory.cast_mut().cast()) };
         Ok(device)
     }
@@ -84,14 +83,14 @@ impl Device {
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
     }
 
-    /// Whether packets of eight and of sixteen rays have registers of their own size, which tells
-    /// what instructions the device uses.
+    /// Whether packets of eight and of sixteen rays fill the registers of the device, which tells
+    /// the instructions that it uses.
     pub(super) fn native_packets(&self) -> [bool; 2] {
         // SAFETY: the device is alive.
         NATIVE.map(|property| unsafe { (self.api.device_property)(self.handle, property) } != 0)
     }
 
-    /// The error of the latest calls, if there was one.
+    /// The error of the calls since the last check, if any.
     pub(super) fn check(&self) -> Result<(), Failure> {
         // SAFETY: the device is alive.
         match unsafe { (self.api.device_error)(self.handle) } {
@@ -103,8 +102,8 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: the device is alive, and this is its only owner here; scenes hold references of
-        // their own.
+        // SAFETY: the device is alive, and this is its only owner here; scenes hold references to
+        // it themselves.
         unsafe { (self.api.release_device)(self.handle) };
     }
 }

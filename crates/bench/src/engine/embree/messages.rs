@@ -1,11 +1,11 @@
-//! What Embree says about its trees. Only its messages tell the cost by its own formula, so they
-//! are caught on their way out.
+//! Statistics that Embree prints about its trees. The cost by its own formula is available in no
+//! other way, so standard output is captured.
 
 use std::io::{Read, Seek, Write};
 use std::os::fd::AsRawFd;
 
-/// Runs a job, and gives what the process writes to its standard output meanwhile. `None` when the
-/// system does not play along.
+/// Runs a job, and returns its result with what the process wrote to standard output meanwhile.
+/// `None` if the system does not allow the redirection.
 pub(super) fn capture_output<R>(job: impl FnOnce() -> R) -> Option<(R, String)> {
     let path = std::env::temp_dir().join(format!("kinetree-bench-{}", std::process::id()));
     let mut file = std::fs::File::options().read(true).write(true).create(true).truncate(true).open(&path).ok()?;
@@ -20,13 +20,13 @@ pub(super) fn capture_output<R>(job: impl FnOnce() -> R) -> Option<(R, String)> 
     Some((result, text))
 }
 
-/// As long as it lives, the standard output leads elsewhere.
+/// Redirects standard output while it lives.
 struct Redirected(i32);
 
 impl Redirected {
     fn begin(to: i32) -> Option<Self> {
         flush();
-        // SAFETY: both calls take numbers of open files and touch no memory.
+        // SAFETY: both calls take file descriptors and touch no memory.
         let before = unsafe { libc::dup(libc::STDOUT_FILENO) };
         if before < 0 {
             return None;
@@ -40,7 +40,7 @@ impl Redirected {
 impl Drop for Redirected {
     fn drop(&mut self) {
         flush();
-        // SAFETY: the number is that of a file which only this one knows.
+        // SAFETY: the descriptor was opened by `begin`, and no other owner exists.
         unsafe {
             libc::dup2(self.0, libc::STDOUT_FILENO);
             libc::close(self.0);
@@ -48,7 +48,7 @@ impl Drop for Redirected {
     }
 }
 
-/// What the C library has not written yet.
+/// Flushes the output buffers of the C library.
 fn flush() {
     // SAFETY: null means all streams of the C library, which locks them itself.
     unsafe { libc::fflush(std::ptr::null_mut()) };

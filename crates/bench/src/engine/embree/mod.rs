@@ -1,7 +1,7 @@
 //! Embree 4, Intel's ray tracer, through its C interface.
 //!
-//! As its manual asks, denormal numbers count as zero in the threads that call it: around its calls
-//! only, so that no other engine is helped or hurt by it.
+//! As its manual recommends, denormal numbers count as zero in the threads that call it; only
+//! during the calls, so that other engines are not affected.
 
 mod api;
 mod denormals;
@@ -25,9 +25,9 @@ use crate::failure::Failure;
 use crate::level::OWN_BUILD;
 use crate::soup::Soup;
 
-/// What Embree calls a level, and which packets, of eight and of sixteen rays, fill its registers
-/// there. It has no plain code: its least is SSE2. On ARM it knows one level, which it takes by
-/// itself.
+/// Embree's name for a level, and which packets, of eight and of sixteen rays, fill its registers
+/// there. Embree has no scalar code: its lowest level is SSE2. On ARM it has one level, which it
+/// uses by itself.
 fn isa(level: Level) -> (Option<&'static str>, [bool; 2]) {
     match level.name() {
         "avx512" => (Some("avx512"), [true, true]),
@@ -37,7 +37,7 @@ fn isa(level: Level) -> (Option<&'static str>, [bool; 2]) {
     }
 }
 
-/// What Embree uses at a level, as results name it.
+/// The instructions that Embree uses at a level, as named in results.
 fn instructions(level: Level) -> &'static str {
     match isa(level).0 {
         Some(isa) => isa,
@@ -46,16 +46,14 @@ fn instructions(level: Level) -> &'static str {
     }
 }
 
-/// Every setting that is compared, at one level, and a sentence about version and level.
+/// All settings that are compared, at one level, and a sentence about version and level.
 ///
 /// # Errors
-/// The library is not there, or not the one that is needed, or was compiled without code for the
-/// level.
+/// The library is missing, is of another version, or has no code for the level.
 pub(crate) fn variants(level: Level) -> Result<(Vec<Box<dyn Engine>>, String), Failure> {
     let (isa, packets) = isa(level);
     let api = Arc::new(Api::open(isa)?);
-    // Asks for its version, and finds a processor that it cannot run on before anything is
-    // measured.
+    // Fails before anything is measured if the processor or the version is not supported.
     let device = Device::new(&api, 1)?;
     let instructions = instructions(level);
     if isa.is_some() && device.native_packets() != packets {

@@ -1,5 +1,5 @@
-//! Packets of eight or sixteen rays. Bringing rays into rows and answers out of them is part of the
-//! time.
+//! Packets of eight or sixteen rays. The time includes bringing rays into the layout of a packet,
+//! and answers out of it.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use super::denormals::NoDenormals;
 use crate::engine::interface::{Batch, Mode};
 use crate::ray::{Answer, Ray};
 
-/// The two calls for `N` rays, and the scene.
+/// The two calls for packets of `N` rays, and the scene.
 pub(super) struct Packets<const N: usize> {
     suffix: &'static str,
     intersect: TraceN,
     occluded: TraceN,
-    /// Of the scene that owns this, which keeps it alive.
+    /// The scene is owned by the tree that owns this value.
     scene: Handle,
     _api: Arc<Api>,
 }
@@ -37,15 +37,15 @@ impl Packets<16> {
     }
 }
 
-/// Which rays of a packet count: all bits, or none.
+/// The active rays of a packet: all bits set, or none.
 #[repr(align(64))]
 struct Valid<const N: usize>([i32; N]);
 
 /// Pixels along the side of a tile of primary rays.
 const TILE: usize = 8;
 
-/// The order in which a tile's rays go into packets: blocks of 4 by 4 pixels, the upper half of a
-/// block before the lower, so that packets of eight are 4 by 2.
+/// The order in which the rays of a tile are put into packets: blocks of 4 by 4 pixels, the upper
+/// half of a block before the lower, so that packets of eight are 4 by 2.
 const ORDER: [usize; TILE * TILE] = {
     let mut order = [0; TILE * TILE];
     let mut at = 0;
@@ -59,8 +59,8 @@ const ORDER: [usize; TILE * TILE] = {
 };
 
 impl<const N: usize> Packets<N> {
-    /// Brings packets of rays to a call, and gives each ray's number and lane in the packet
-    /// afterwards.
+    /// Traces rays in packets by `call`, then passes each ray's index, its lane and the packet to
+    /// `take`.
     fn run(&self, rays: &[Ray], call: TraceN, coherence: Coherence, mut take: impl FnMut(usize, usize, &Packet<N>)) {
         let _no_denormals = NoDenormals::begin();
         let coherent = coherence == Coherence::Coherent;
@@ -106,8 +106,8 @@ impl<const N: usize> Packets<N> {
             packet.t_near = [0.0; N];
             packet.geometry = [INVALID; N];
             // SAFETY: the scene is committed and alive, `valid` and the packet have the layout and
-            // at least the alignment that Embree asks for `N` rays, and the arguments are its
-            // defaults but for the flags.
+            // at least the alignment that Embree requires for `N` rays, and the arguments are its
+            // defaults except for the flags.
             unsafe { call(valid.0.as_ptr(), self.scene, (&raw mut packet).cast(), &mut arguments) };
             (0..count).for_each(|lane| take(number(lane), lane, &packet));
         }

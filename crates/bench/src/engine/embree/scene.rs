@@ -1,4 +1,4 @@
-//! Scenes of one triangle mesh: built, traced ray by ray, refitted.
+//! Scenes of one triangle mesh: built, traced, refitted.
 
 use std::sync::Arc;
 
@@ -17,8 +17,8 @@ use crate::failure::Failure;
 use crate::ray::{Answer, Ray};
 use crate::soup::Soup;
 
-/// Vertices and triangles that Embree reads where they are. It may read sixteen bytes at the last
-/// vertex, so there is one more.
+/// Vertices and triangles that Embree reads in place. It may read sixteen bytes at the last vertex,
+/// so there is one more.
 struct Buffers {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -34,7 +34,8 @@ impl Buffers {
     }
 }
 
-/// A scene with one geometry. Fields are dropped in this order: what is read last goes last.
+/// A scene with one geometry. Fields are dropped in this order, so that buffers outlive what reads
+/// them.
 struct MeshScene {
     scene: Handle,
     geometry: Handle,
@@ -44,11 +45,11 @@ struct MeshScene {
 
 // SAFETY: Embree's scenes may be built from any thread and, once committed, traced from all.
 unsafe impl Send for MeshScene {}
-// SAFETY: as above; whoever changes one has it mutably.
+// SAFETY: as above; changes need a mutable reference.
 unsafe impl Sync for MeshScene {}
 
 impl MeshScene {
-    /// Not yet committed.
+    /// A scene that is not committed yet.
     fn new(
         device: Device,
         buffers: Arc<Buffers>,
@@ -58,9 +59,9 @@ impl MeshScene {
     ) -> Result<Self, Failure> {
         let api = Arc::clone(&device.api);
         let vertices = buffers.positions.len() - 1;
-        // SAFETY: the device is alive; the buffers have as many items of the given size as is said,
-        // and live as long as the geometry, which is released before them. All indices are below
-        // the number of vertices, as the soup's are.
+        // SAFETY: the device is alive; the buffers have the stated number of elements of the stated
+        // size, and live as long as the geometry, which is released before them. All indices are
+        // below the number of vertices, as those of the soup are.
         let (scene, geometry) = unsafe {
             let scene = (api.new_scene)(device.handle);
             (api.set_scene_flags)(scene, flags);
@@ -91,7 +92,7 @@ impl MeshScene {
 
     fn commit(&self) -> Result<(), Failure> {
         let _no_denormals = NoDenormals::begin();
-        // SAFETY: the scene is alive, and nobody else uses it before this returns.
+        // SAFETY: the scene is alive, and not used by others before this returns.
         unsafe { (self.device.api.commit_scene)(self.scene) };
         self.device.check()
     }
@@ -99,7 +100,7 @@ impl MeshScene {
 
 impl Drop for MeshScene {
     fn drop(&mut self) {
-        // SAFETY: both are alive, and nobody uses them any more.
+        // SAFETY: both are alive, and not used any more.
         unsafe {
             (self.device.api.release_geometry)(self.geometry);
             (self.device.api.release_scene)(self.scene);
@@ -107,8 +108,8 @@ impl Drop for MeshScene {
     }
 }
 
-/// Triangles, before there is a tree; and a scene of them, once it is renewed, in which nothing is
-/// missing but the tree.
+/// Triangles that are ready to be built, and, after `set_up`, a scene in which only the tree is
+/// missing.
 pub(super) struct PreparedMesh {
     api: Arc<Api>,
     buffers: Arc<Buffers>,
@@ -189,7 +190,7 @@ impl Refitter {
     pub(super) fn new(api: &Arc<Api>, soup: &Soup, threads: usize) -> Result<Self, Failure> {
         let device = Device::new(api, threads)?;
         let buffers = Arc::new(Buffers::of(soup));
-        // Only scenes of low quality keep a tree per mesh, which is what can be refitted.
+        // Only scenes of low quality have a tree per mesh, and only such trees can be refitted.
         let mesh = MeshScene::new(device, buffers, BuildQuality::LOW, BuildQuality::REFIT, SceneFlags::DYNAMIC)?;
         mesh.commit()?;
         Ok(Self { mesh })
@@ -205,8 +206,8 @@ impl Refit for Refitter {
         }
         buffers.positions[..vertices].copy_from_slice(positions);
         let (api, geometry) = (&self.mesh.device.api, self.mesh.geometry);
-        // SAFETY: the geometry is alive; its buffer stands where it stood, since a vector that
-        // keeps its length does not move.
+        // SAFETY: the geometry is alive; its buffer has not moved, since a vector that keeps its
+        // length does not reallocate.
         unsafe {
             (api.update_buffer)(geometry, BufferType::VERTEX, 0);
             (api.commit_geometry)(geometry);

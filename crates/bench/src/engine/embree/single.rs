@@ -26,7 +26,7 @@ pub(super) fn closest(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [Ans
             instances: [INVALID; 5],
         };
         // SAFETY: the scene is committed, the ray has the layout and alignment of `RTCRayHit`, and
-        // null asks for the default arguments.
+        // null selects the default arguments.
         unsafe { intersect(scene, (&raw mut query).cast(), no_arguments) };
         let RtcRayHit { u, v, primitive, geometry: mesh, .. } = query;
         *slot = if mesh == INVALID { Answer::MISS } else { Answer { t: query.ray.t_far, u, v, primitive, mesh } };
@@ -41,7 +41,7 @@ pub(super) fn occluded(api: &Api, scene: Handle, rays: &[Ray], answers: &mut [bo
         let mut query = engine_ray(ray);
         // SAFETY: as in `closest`; the ray has the layout and alignment of `RTCRay`.
         unsafe { occluded(scene, (&raw mut query).cast(), std::ptr::null_mut()) };
-        // What it hits, it marks by a distance of minus infinity.
+        // Embree marks an occluded ray by the distance minus infinity.
         *slot = query.t_far < 0.0;
     }
 }

@@ -1,4 +1,4 @@
-//! Single calls on rays in our order.
+//! Single calls on rays that were sorted as kinetree sorts them.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::ray::{Answer, Ray};
 /// The scene, and the bounds that rays are sorted in.
 pub(super) struct Sorted {
     pub(super) api: Arc<Api>,
-    /// Of the scene that owns this, which keeps it alive.
+    /// The scene is owned by the tree that owns this value.
     pub(super) scene: Handle,
     pub(super) bounds: Aabb,
 }
