@@ -19,7 +19,7 @@ pub(crate) const OWN_BUILD: &str = "own build";
 ///
 /// # Errors
 /// A sentence that lists the levels of this processor.
-pub(crate) fn named(name: &str) -> Result<Level, String> {
+pub(crate) fn by_name(name: &str) -> Result<Level, String> {
     let all = Level::available();
     all.iter().find(|level| level.name() == name).copied().ok_or_else(|| {
         let names: Vec<&str> = all.iter().map(|level| level.name()).collect();
@@ -32,7 +32,7 @@ pub(crate) fn named(name: &str) -> Result<Level, String> {
 ///
 /// # Errors
 /// The process cannot be started, or the library ignores the variable.
-pub(crate) fn elsewhere(level: Option<Level>) -> Result<Option<ExitCode>, Failure> {
+pub(crate) fn rerun_at(level: Option<Level>) -> Result<Option<ExitCode>, Failure> {
     let Some(name) = level.map(Level::name).filter(|name| *name != Level::current().name()) else { return Ok(None) };
     if std::env::var(VARIABLE).is_ok_and(|told| told == name) {
         return Err(format!("the library does not follow {VARIABLE}={name}").into());
@@ -51,11 +51,11 @@ mod tests {
     #[test]
     fn a_level_that_the_machine_lacks_is_an_error_that_lists_those_it_has() {
         for level in Level::available() {
-            assert_eq!(named(level.name()).unwrap().name(), level.name());
+            assert_eq!(by_name(level.name()).unwrap().name(), level.name());
         }
         let lacking = if cfg!(target_arch = "aarch64") { "avx2" } else { "neon" };
         for name in [lacking, "nonsense", "AVX2"] {
-            let message = named(name).unwrap_err();
+            let message = by_name(name).unwrap_err();
             assert!(message.contains(name), "{message}");
             assert!(Level::available().iter().all(|level| message.contains(level.name())), "{message}");
         }
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn a_process_that_is_at_the_level_already_stays() {
-        assert!(elsewhere(None).unwrap().is_none());
-        assert!(elsewhere(Some(Level::current())).unwrap().is_none());
+        assert!(rerun_at(None).unwrap().is_none());
+        assert!(rerun_at(Some(Level::current())).unwrap().is_none());
     }
 }

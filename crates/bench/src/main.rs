@@ -78,13 +78,13 @@ fn main() -> ExitCode {
 fn run(job: Job) -> Result<ExitCode, Failure> {
     match job {
         Job::Compare(options) => {
-            if let Some(code) = level::elsewhere(options.level)? {
+            if let Some(code) = level::rerun_at(options.level)? {
                 return Ok(code);
             }
             return Ok(if compare::run(&options)? { ExitCode::SUCCESS } else { ExitCode::from(2) });
         }
         Job::Closed(options) => {
-            if let Some(code) = level::elsewhere(options.level)? {
+            if let Some(code) = level::rerun_at(options.level)? {
                 return Ok(code);
             }
             return Ok(if closed::run(&options)? { ExitCode::SUCCESS } else { ExitCode::from(2) });

@@ -27,7 +27,7 @@ pub(crate) struct Options {
     rays: usize,
     /// Forces every engine that can be forced to these instructions: scalar, avx2, avx512 or neon
     /// [default: the best of this machine]
-    #[arg(long, value_name = "LEVEL", value_parser = level::named)]
+    #[arg(long, value_name = "LEVEL", value_parser = level::by_name)]
     pub(crate) level: Option<Level>,
     /// The seed of shapes and rays
     #[arg(long, default_value_t = 1)]

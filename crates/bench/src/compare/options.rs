@@ -13,7 +13,7 @@ pub(crate) struct Options {
     pub(super) scenes: Vec<PathBuf>,
     /// Forces every engine that can be forced to these instructions: scalar, avx2, avx512 or neon
     /// [default: the best of this machine]
-    #[arg(long, value_name = "LEVEL", value_parser = level::named)]
+    #[arg(long, value_name = "LEVEL", value_parser = level::by_name)]
     pub(crate) level: Option<Level>,
     /// Fewer rays and rounds: ends within five minutes
     #[arg(long)]
