@@ -62,7 +62,7 @@ pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, F
         None => (kinetree_race::world(RACE_SEED), Vec::new(), Vec::new(), Vec::new()),
         Some(path) => {
             check_extension(path)?;
-            let options = Options { clip: clip.cloned(), ..Options::default() };
+            let options = Options::new().clip(clip.cloned().unwrap_or_default());
             let loaded = kinetree_gltf::load_with(path, &options).map_err(|error| Failure::work(error.to_string()))?;
             (loaded.world, loaded.notes, loaded.clips, loaded.files)
         }

@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1);
     let source = path.as_deref().map_or(Source::from(&include_bytes!("windmill.gltf")[..]), Source::from);
     // A file is read on any thread; what is read is then inserted as often as needed.
-    let asset = read(source, &Options::default())?;
+    let asset = read(source, &Options::new())?;
     let mut scene = Scene::new();
     let root = scene.root();
     let mut left = asset.load_into(&mut scene, root)?;

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use kinetree::{Motion, NodeId, Scene};
+use kinetree::{NodeId, Scene};
 use kinetree_world::MaterialSet;
 
 use crate::accessor::Accessors;
 use crate::assemble::{Contents, Input, assemble};
 use crate::budget::Budget;
 use crate::channels::Animations;
-use crate::clip::{Clip, ClipInfo, Clips, Playing};
+use crate::clip::{ClipInfo, Clips, Playing};
 use crate::container::Container;
 use crate::document::Document;
 use crate::error::{LoadError, Problem};
@@ -22,27 +22,8 @@ use crate::material::Materials;
 use crate::mesh::Meshes;
 use crate::nodes::Hierarchy;
 use crate::notes::Notes;
+use crate::options::Options;
 use crate::source::Source;
-
-/// What to read from a file, and how much.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Options {
-    /// The animations that are read; others cannot be played. Without a choice, all of them.
-    pub clip: Option<Clip>,
-    /// The motion of meshes that no animation moves: [`Motion::Static`], or [`Motion::Rigid`] if the
-    /// caller is going to move them.
-    pub motion: Motion,
-    /// How much memory the texels of all textures may take, bytes: four for every pixel. Images
-    /// beyond that are left out, with a note.
-    pub max_texture_bytes: u64,
-}
-
-impl Default for Options {
-    /// All animations, meshes that stand still, and 4 GiB of textures.
-    fn default() -> Self {
-        Self { clip: None, motion: Motion::Static, max_texture_bytes: 4 << 30 }
-    }
-}
 
 /// A glTF file that has been read and checked, and belongs to no scene.
 ///
@@ -67,7 +48,7 @@ const _: () = {
 ///
 /// # Errors
 /// A file that cannot be read, is broken, refers to something that is not there, or asks for too
-/// much memory; an animation of [`Options::clip`] that is not there.
+/// much memory; an animation of [`Options::clip`](field@Options::clip) that is not there.
 pub fn read<'a>(source: impl Into<Source<'a>>, options: &Options) -> Result<Asset, LoadError> {
     let source = source.into();
     Asset::read(&source, options).map_err(|problem| LoadError::new(source.name(), problem))
@@ -111,7 +92,8 @@ impl Asset {
         inserted.map_err(|problem| self.error(problem))
     }
 
-    /// What was ignored or repaired, one line each; a long list ends with how many lines were left out.
+    /// What was ignored or repaired, one line each; a long list ends with how many lines were left
+    /// out.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

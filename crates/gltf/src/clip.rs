@@ -57,7 +57,8 @@ pub struct ClipInfo {
     pub name: Option<String>,
     /// Seconds; 0 if it was not read.
     pub duration: f64,
-    /// Whether it can be played: [`Options::clip`](crate::Options::clip) says which ones are read.
+    /// Whether it can be played: [`Options::clip`](field@crate::Options::clip) says which ones are
+    /// read.
     pub is_read: bool,
     /// Whether it is one of [`Clip::Together`], among those that were read.
     pub is_played: bool,

@@ -10,7 +10,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let bytes = include_bytes!("../examples/windmill.gltf");
 //! // On any thread; a path does as well as bytes.
-//! let asset = read(&bytes[..], &Options::default())?;
+//! let asset = read(&bytes[..], &Options::new())?;
 //!
 //! let mut scene = Scene::new();
 //! let root = scene.root();
@@ -54,7 +54,7 @@
 //! deforms its mesh, by a skin or by morph targets, has one of its own, which nodes with the same
 //! deformation share. A mesh that is deformed is [`Motion::Deforming`], another one below an
 //! animated node is [`Motion::Rigid`], and one that nothing moves has the motion of
-//! [`Options::motion`].
+//! [`Options::motion`](field@Options::motion).
 //!
 //! Triangles without normals are flat in every pose: in a mesh that is deformed and that has
 //! normals elsewhere, the normals of their vertices are zero, which stands for that of the
@@ -76,9 +76,10 @@
 //! `source`, `container` and `uri` find bytes; `json`, `document` and `accessor` parse them;
 //! `extensions` says what is not supported. `triangles`, `normals`, `influences`, `vertices`,
 //! `mesh`, `pixels`, `image`, `material`, `nodes`, `transform`, `instancing`, `skeleton`, `skin`,
-//! `keys`, `clip`, `channels`, `lights` and `cameras` read one kind of thing each. `deformation` and
-//! `assemble` decide what is inserted, which an `asset` holds, with a `rig` for what moves; `insert`
-//! adds it to a scene, `loaded` lists what was added, and `player` moves it. `world` makes a world.
+//! `keys`, `clip`, `channels`, `lights` and `cameras` read one kind of thing each. `deformation`
+//! and `assemble` decide what is inserted, which an `asset` holds, with a `rig` for what moves;
+//! `insert` adds it to a scene, `loaded` lists what was added, and `player` moves it. `world` makes
+//! a world.
 //!
 //! [`Motion::Deforming`]: kinetree::Motion::Deforming
 //! [`Motion::Rigid`]: kinetree::Motion::Rigid
@@ -109,6 +110,7 @@ mod mesh;
 mod nodes;
 mod normals;
 mod notes;
+mod options;
 mod pixels;
 mod player;
 mod rig;
@@ -121,10 +123,11 @@ mod uri;
 mod vertices;
 mod world;
 
-pub use crate::asset::{Asset, Options, read};
+pub use crate::asset::{Asset, read};
 pub use crate::clip::{Clip, ClipInfo, PlayError};
 pub use crate::error::{Item, LoadError, Problem, Quoted};
 pub use crate::loaded::{Loaded, LoadedInstance, LoadedMesh, LoadedNode, LoadedSkin};
+pub use crate::options::Options;
 pub use crate::player::Player;
 pub use crate::source::Source;
 pub use crate::world::{LoadedWorld, load, load_with};

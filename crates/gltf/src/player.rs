@@ -56,8 +56,8 @@ struct MeshState {
 const MIRROR: Affine = Affine::from_columns([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]);
 
 impl Player {
-    /// A player for what has been inserted: `node` gives the nodes of the file in the scene, `meshes`
-    /// has the meshes of the asset, and `instances` those of each mesh.
+    /// A player for what has been inserted: `node` gives the nodes of the file in the scene,
+    /// `meshes` has the meshes of the asset, and `instances` those of each mesh.
     pub(crate) fn new(
         rig: &Arc<Rig>,
         node: impl Fn(usize) -> Option<NodeId>,

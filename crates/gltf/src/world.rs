@@ -6,10 +6,11 @@ use std::sync::Arc;
 use kinetree::{EditError, Scene};
 use kinetree_world::{Animation, NoAnimation, World};
 
-use crate::asset::{Asset, Options, read};
+use crate::asset::{Asset, read};
 use crate::clip::{Clip, ClipInfo, Playing};
 use crate::error::{LoadError, Problem};
 use crate::insert::{NodeSelection, insert};
+use crate::options::Options;
 use crate::player::Player;
 
 /// A world that was made from a file.
@@ -35,15 +36,15 @@ pub fn load(path: &Path) -> Result<LoadedWorld, LoadError> {
     load_with(path, &Options::default())
 }
 
-/// Loads a file as a world, with the animations of [`Options::clip`]: without a choice, those of
-/// [`Clip::Together`].
+/// Loads a file as a world, with the animations of [`Options::clip`](field@Options::clip): without
+/// a choice, those of [`Clip::Together`].
 ///
 /// # Errors
 /// As [`load`]; also an animation that is not there.
 pub fn load_with(path: &Path, options: &Options) -> Result<LoadedWorld, LoadError> {
     // A world plays the same animations always, and need not read any others.
     let clip = options.clip.clone().unwrap_or(Clip::Together);
-    read(path, &Options { clip: Some(clip), ..options.clone() })?.into_world()
+    read(path, &options.clone().clip(clip))?.into_world()
 }
 
 impl Asset {

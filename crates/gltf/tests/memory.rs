@@ -184,7 +184,7 @@ fn an_image_beyond_the_bound_is_not_decoded() {
     let path = textured(folder.path(), &image, ImageFormat::Png);
     let bytes = u64::from(4 * SIDE * SIDE);
     for (max_texture_bytes, textures) in [(bytes, 1), (bytes - 1, 0), (0, 0)] {
-        let (loaded, most, _) = counted(&path, &Options { max_texture_bytes, ..Options::default() });
+        let (loaded, most, _) = counted(&path, &Options::new().max_texture_bytes(max_texture_bytes));
         let loaded = loaded.expect("a scene, with or without its texture");
         assert_eq!((loaded.world.material_set.textures.len(), loaded.notes.len()), (textures, 1 - textures));
         assert!(textures == 1 || most < 1 << 18, "{most} bytes");

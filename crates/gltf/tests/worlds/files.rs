@@ -86,11 +86,7 @@ fn a_clip_is_chosen_by_index_or_by_name() {
             "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }] })
     };
     let writer = writer.with(json!({ "animations": [clip("walk", short), clip("run", long)] }));
-    let duration = |clip| {
-        writer
-            .load_with(&Options { clip: Some(clip), ..Options::default() })
-            .map(|loaded| loaded.world.animation.duration())
-    };
+    let duration = |clip| writer.load_with(&Options::new().clip(clip)).map(|loaded| loaded.world.animation.duration());
     assert_eq!(duration(Clip::default()).ok(), Some(1.0));
     assert_eq!(duration(Clip::Index(1)).ok(), Some(2.0));
     assert_eq!(duration(Clip::Name("run".into())).ok(), Some(2.0));
@@ -98,6 +94,6 @@ fn a_clip_is_chosen_by_index_or_by_name() {
         let text = duration(missing).err().map(|error| error.to_string()).unwrap_or_default();
         assert!(text.contains("has no animation") && text.ends_with("it has 2: 0 \"walk\", 1 \"run\""), "{text}");
     }
-    assert!(triangle().load_with(&Options { clip: Some(Clip::Index(1)), ..Options::default() }).is_err());
+    assert!(triangle().load_with(&Options::new().clip(1)).is_err());
     assert_eq!(triangle().good().world.animation.duration(), 0.0);
 }

@@ -8,7 +8,7 @@ use crate::skins::{bar, lifted};
 use crate::writer::{TRIANGLE, TempFolder, Writer, assert_near};
 
 fn asset(writer: &Writer) -> Asset {
-    read(&writer.glb()[..], &Options::default()).unwrap_or_else(|error| panic!("{error}"))
+    read(&writer.glb()[..], &Options::new()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn load_into(scene: &mut Scene, writer: &Writer) -> Loaded {
@@ -185,7 +185,8 @@ fn an_error_leaves_the_scene_as_it_was() {
     assert_same(&mut scene, &mut never, "before");
 
     let (root, foreign) = (scene.root(), never.root());
-    let refused: [(Writer, _, fn(&Problem) -> bool); 3] = [
+    type IsExpected = fn(&Problem) -> bool;
+    let refused: [(Writer, _, IsExpected); 3] = [
         (overflowing(), root, |problem| matches!(problem, Problem::Refused { error: EditError::NonFinite { .. }, .. })),
         (bending(), stale, |problem| matches!(problem, Problem::Parent(EditError::StaleHandle))),
         (bending(), foreign, |problem| matches!(problem, Problem::Parent(EditError::OtherScene))),
@@ -208,7 +209,7 @@ fn an_error_leaves_the_scene_as_it_was() {
 #[test]
 fn a_file_is_read_on_another_thread() {
     let bytes = bending().glb();
-    let reader = std::thread::spawn(move || read(&bytes[..], &Options::default()));
+    let reader = std::thread::spawn(move || read(&bytes[..], &Options::new()));
     let asset = reader.join().expect("no panic").unwrap_or_else(|error| panic!("{error}"));
     let (mut scene, mut wanted) = (game(), game());
     let root = scene.root();
@@ -356,7 +357,7 @@ fn a_player_changes_between_animations_and_leaves_no_trace_of_the_last() {
 
 #[test]
 fn animations_that_were_not_read_cannot_be_played() {
-    let options = Options { clip: Some("rise".into()), ..Options::default() };
+    let options = Options::new().clip("rise");
     let asset = read(&with_clips().glb()[..], &options).expect("it has such an animation");
     let read: Vec<_> = asset.clips().iter().map(|clip| (clip.is_read, clip.duration)).collect();
     assert_eq!(read, [(false, 0.0), (true, 2.0), (false, 0.0)]);
@@ -403,7 +404,7 @@ fn what_the_caller_attaches_goes_with_the_file_and_what_it_shows_elsewhere_stays
 #[test]
 fn the_motion_of_meshes_that_stand_still_is_chosen() {
     for motion in [Motion::Static, Motion::Rigid] {
-        let asset = read(&with_clips_and_scenery().glb()[..], &Options { motion, ..Options::default() }).expect("good");
+        let asset = read(&with_clips_and_scenery().glb()[..], &Options::new().motion(motion)).expect("good");
         let mut scene = Scene::new();
         let root = scene.root();
         let loaded = asset.load_into(&mut scene, root).expect("it fits");
@@ -429,14 +430,14 @@ fn bytes_find_other_files_only_in_a_folder() {
     let writer = bending();
     let path = folder.write("a.bin", &writer.bytes);
     let text = writer.gltf("a.bin");
-    let refused: Result<Asset, LoadError> = read(&text[..], &Options::default());
+    let refused: Result<Asset, LoadError> = read(&text[..], &Options::new());
     let message = refused.map(|_| ()).expect_err("there is no folder").to_string();
     assert_eq!(
         message,
         "a file in memory: refers to \"a.bin\", which cannot be read: a file in memory has no files next to it"
     );
     let source = Source::Bytes { name: "bar", bytes: &text, folder: path.parent() };
-    let asset = read(source, &Options::default()).unwrap_or_else(|error| panic!("{error}"));
+    let asset = read(source, &Options::new()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(asset.files(), [path]);
     let (mut scene, mut wanted) = (game(), game());
     let root = scene.root();
@@ -448,7 +449,7 @@ fn bytes_find_other_files_only_in_a_folder() {
 #[test]
 fn a_world_shows_what_a_scene_shows() {
     for (writer, clip) in [(bending(), Clip::Together), (morphing(), Clip::Together), (with_clips(), "rise".into())] {
-        let options = Options { clip: Some(clip), ..Options::default() };
+        let options = Options::new().clip(clip);
         let asset = read(&writer.glb()[..], &options).expect("a good file");
         let mut scene = Scene::new();
         let root = scene.root();

@@ -267,7 +267,7 @@ fn animations_of_different_things_play_together_and_are_named() {
         (Clip::Name("rightAction".into()), [[-5.0, 0.0, 0.0], [5.0, 4.0, 0.0]], 1),
         (Clip::Name("push".into()), [[1.125, 0.0, 0.0], [5.0, 0.0, 0.0]], 2),
     ] {
-        let (found, played, loaded) = at(&Options { clip: Some(clip), ..Options::default() }, 0.5);
+        let (found, played, loaded) = at(&Options::new().clip(clip), 0.5);
         assert_near(&found, &places, "one alone");
         assert!((0..3).all(|i| played[i] == (i == chosen)), "{played:?}");
         assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);

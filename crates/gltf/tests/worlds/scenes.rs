@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use kinetree_gltf::{Options, load, load_with};
+use kinetree::Scene;
+use kinetree_gltf::{Options, load, load_with, read};
 
 use crate::writer::{frame, places};
 
@@ -78,7 +79,7 @@ fn every_clip_of_the_karts_plays() {
         return;
     };
     for clip in ["drive", "win", "lose"] {
-        let options = Options { clip: Some(clip.into()), ..Options::default() };
+        let options = Options::new().clip(clip);
         let mut loaded = load_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
         let views = [0.1, 0.4].map(|seconds| frame(&mut loaded, seconds));
         assert_ne!(places(&views[0]), places(&views[1]), "{clip} moves nothing");
@@ -87,5 +88,29 @@ fn every_clip_of_the_karts_plays() {
             bounds.iter().all(|bounds| bounds.extent().iter().all(|&size| size > 0.0 && size < 1e3)),
             "{clip}: {bounds:?}"
         );
+    }
+}
+
+#[test]
+fn every_clip_of_the_karts_plays_in_a_scene_as_in_a_world() {
+    let Some(path) = folder().map(|folder| folder.join("skinned_karts_a.glb")).filter(|path| path.is_file()) else {
+        return;
+    };
+    let asset = read(&path, &Options::new()).unwrap_or_else(|error| panic!("{error}"));
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let mut karts = asset.load_into(&mut scene, root).unwrap_or_else(|error| panic!("{error}"));
+    for clip in ["lose", "drive", "win"] {
+        let options = Options::new().clip(clip);
+        let mut alone = load_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+        for seconds in [0.1, 0.4] {
+            karts.player.go_to(&mut scene, &clip.into(), seconds).unwrap_or_else(|error| panic!("{error}"));
+            let sorted = |mut places: Vec<Vec<[f32; 3]>>| {
+                places.sort_by(|a, b| a.partial_cmp(b).expect("no vertex is NaN"));
+                places
+            };
+            let (found, wanted) = (sorted(places(&scene.commit())), sorted(places(&frame(&mut alone, seconds))));
+            assert!(found == wanted, "{clip} at {seconds}");
+        }
     }
 }
