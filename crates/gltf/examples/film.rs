@@ -9,7 +9,6 @@ use std::error::Error;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::Arc;
 
 use kinetree_render::{Film, Settings, render};
 use kinetree_world::{Camera, Sky};
@@ -22,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut world = kinetree_gltf::load(Path::new(scene))?.world;
     if let [zenith, horizon, ground] = sky {
         let (zenith, horizon, ground) = (triple(zenith)?, triple(horizon)?, triple(ground)?);
-        Arc::make_mut(&mut world.material_set).sky = Sky::Gradient { zenith, horizon, ground };
+        world.sky = Sky::Gradient { zenith, horizon, ground };
     }
     let camera = Camera::look_at(triple(eye)?, triple(target)?, degrees.parse::<f32>()?.to_radians());
     let settings = Settings {

@@ -158,7 +158,7 @@ pub(crate) fn assemble(input: Input<'_>, mut materials: Materials<'_>, notes: &m
     let nodes = nodes.filter(|animated| hierarchy.in_scene[animated.node] || animated.bone.is_some()).collect();
     let rig = Arc::new(Rig { clips: input.clips, nodes, skeleton, skins: skins.all, deformed });
     let (materials, textures) = materials.into_parts();
-    let material_set = Arc::new(MaterialSet { materials, textures, surfaces, ..MaterialSet::default() });
+    let material_set = Arc::new(MaterialSet { materials, textures, surfaces });
     Ok(Contents { meshes, instances, lights, cameras, is_needed, rig, material_set })
 }
 

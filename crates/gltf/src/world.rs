@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kinetree::{EditError, Scene};
-use kinetree_world::{Animation, NoAnimation, World};
+use kinetree_world::{Animation, World};
 
 use crate::asset::{Asset, read};
 use crate::clip::{Clip, ClipInfo, Playing};
@@ -63,14 +63,16 @@ impl Asset {
         let mut scene = Scene::new();
         let root = scene.root();
         let loaded = insert(self, &mut scene, root, NodeSelection::Needed, Playing::Together)?;
+        let mut world = World::new(scene);
+        world.material_set = Arc::clone(&loaded.material_set);
         for instance in loaded.instances() {
-            let numbered = scene.set_user_id(instance.id, instance.surface);
-            numbered.expect("the instance was just added to this scene");
+            world.material_bindings.bind(instance.id, instance.surface);
         }
-        let animation: Box<dyn Animation> =
-            if loaded.player.is_still() { Box::new(NoAnimation) } else { Box::new(PlayTogether(loaded.player)) };
-        let (lights, cameras) = (loaded.lights, loaded.cameras);
-        Ok(World { scene, material_set: Arc::clone(&loaded.material_set), lights, cameras, animation })
+        if !loaded.player.is_still() {
+            world.animation = Box::new(PlayTogether(loaded.player));
+        }
+        (world.lights, world.cameras) = (loaded.lights, loaded.cameras);
+        Ok(world)
     }
 }
 

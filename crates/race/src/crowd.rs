@@ -57,8 +57,8 @@ pub(crate) fn seat(
             let (mesh, surface) = person(pose, shirt, SKINS[index % SKINS.len()], palette).finish()?;
             // One mesh for all colours.
             wardrobe.push(match wardrobe.first() {
-                None => builder.dressed(mesh, surface, Motion::Rigid)?,
-                Some(&Prop { mesh, .. }) => builder.again(mesh, surface),
+                None => builder.with_surface(mesh, surface, Motion::Rigid)?,
+                Some(&Prop { mesh, .. }) => builder.with_other_surface(mesh, surface),
             });
         }
         people.push(wardrobe);

@@ -149,7 +149,7 @@ fn bending(
     let targets = sway(sketch.positions());
     let (mesh, surface) = sketch.finish()?;
     let targets = targets.map(|positions| MorphTarget { positions, normals: Vec::new() }).to_vec();
-    let prop = builder.dressed(mesh.with_morph_targets(targets)?, surface, Motion::Deforming)?;
+    let prop = builder.with_surface(mesh.with_morph_targets(targets)?, surface, Motion::Deforming)?;
     // No turn: the wind comes from one side for all of them.
     builder.put_in_world(
         prop,

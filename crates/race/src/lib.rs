@@ -58,7 +58,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
 use kinetree::{Affine, EditError, Motion, Scene};
-use kinetree_world::{Light, LightSource, MaterialSet, Sky, World};
+use kinetree_world::{Light, LightSource, MaterialBindings, MaterialSet, Sky, World};
 
 use animation::Race;
 use cameras::Panning;
@@ -77,9 +77,10 @@ pub fn world(seed: u64) -> World {
 }
 
 fn build(seed: u64) -> Result<World, EditError> {
-    let mut material_set = MaterialSet { sky: SKY, ..MaterialSet::default() };
+    let mut material_set = MaterialSet::default();
     let palette = Palette::new(seed, &mut material_set);
-    let mut builder = SceneBuilder { scene: Scene::new(), material_set };
+    let material_bindings = MaterialBindings::default();
+    let mut builder = SceneBuilder { scene: Scene::new(), material_set, material_bindings };
     let driving = Driving::new();
     let track = driving.track();
     let ground = Ground::new(seed, track);
@@ -107,9 +108,14 @@ fn build(seed: u64) -> Result<World, EditError> {
 
     let panning = Panning::new(builder.scene.add_node(builder.scene.root(), Affine::IDENTITY)?, &ground);
     let cameras = cameras::cameras(&ground, [cars[0].node, cars[1].node], &panning);
-    let lights = vec![LightSource { node: None, light: sun() }];
-    let animation = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
-    Ok(World { scene: builder.scene, material_set: Arc::new(builder.material_set), lights, cameras, animation })
+    let mut world = World::new(builder.scene);
+    world.material_set = Arc::new(builder.material_set);
+    world.material_bindings = builder.material_bindings;
+    world.lights = vec![LightSource { node: None, light: sun() }];
+    world.sky = SKY;
+    world.cameras = cameras;
+    world.animation = Box::new(Race { driving, cars, trees, flags, smoke, jumpers, panning });
+    Ok(world)
 }
 
 /// Where flags wave: x, z.

@@ -148,8 +148,8 @@ fn tyre_walls(builder: &mut SceneBuilder, track: &Track, ground: &Ground, palett
     for color in [[0.62, 0.04, 0.035], [0.74, 0.73, 0.70]] {
         let (mesh, surface) = stack(color, palette).finish()?;
         stacks.push(match stacks.first() {
-            None => builder.dressed(mesh, surface, Motion::Static)?,
-            Some(&crate::scene_builder::Prop { mesh, .. }) => builder.again(mesh, surface),
+            None => builder.with_surface(mesh, surface, Motion::Static)?,
+            Some(&crate::scene_builder::Prop { mesh, .. }) => builder.with_other_surface(mesh, surface),
         });
     }
     for side in [-1.0, 1.0] {

@@ -51,7 +51,7 @@ pub(crate) fn prepare(builder: &mut SceneBuilder, seed: u64, palette: &Palette) 
         }
     }
     let surface = Surface { parts: vec![Part { first_triangle: 0, material: palette.smoke }], uvs, colors };
-    let prop = builder.dressed(Mesh::empty(), surface, Motion::Dynamic)?;
+    let prop = builder.with_surface(Mesh::empty(), surface, Motion::Dynamic)?;
     builder.put_in_world(prop, &Affine3A::IDENTITY)?;
     Ok(Smoke { mesh: prop.mesh, seed })
 }

@@ -47,7 +47,7 @@ impl<'a> SurfaceInteraction<'a> {
         let geometric_normal = if front { winding_normal } else { -winding_normal };
         let shading_normal = shading_normal(&instance, triangle, weights, geometric_normal);
 
-        let attributes = ShadingAttributes::at(&frame.material_set, &instance, hit.primitive, [hit.u, hit.v]);
+        let attributes = ShadingAttributes::at(frame, &instance, hit.primitive, [hit.u, hit.v]);
         let emits = front || attributes.material.two_sided;
         Self {
             position: frame.view.position(hit).into(),

@@ -5,14 +5,15 @@
 //! ```
 //! use kinetree::{Affine, Mesh, Motion, Scene};
 //! use kinetree_render::{Settings, render, tone_map};
-//! use kinetree_world::{Camera, Frame, Light, MaterialSet};
+//! use kinetree_world::{Camera, Frame, Light};
 //!
 //! let mut scene = Scene::new();
 //! let triangle = Mesh::new(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0]], &[[0, 1, 2]])?;
 //! let mesh = scene.add_mesh(triangle, Motion::Static)?;
 //! scene.add_instance(scene.root(), mesh, Affine::IDENTITY)?;
 //! let sun = Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [3.0; 3], angle: 0.0 };
-//! let frame = Frame { view: scene.commit(), material_set: MaterialSet::default().into(), lights: vec![sun], time: 0.0 };
+//! let mut frame = Frame::new(scene.commit());
+//! frame.lights.push(sun);
 //! let camera = Camera::look_at([0.0, 0.5, 3.0], [0.0, 0.5, 0.0], 0.9);
 //! let settings = Settings { width: 32, height: 24, spp: 4, ..Settings::default() };
 //! let picture = render(&frame, &camera, &settings, &|_| std::ops::ControlFlow::Continue(()))?;

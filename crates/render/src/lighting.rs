@@ -1,7 +1,6 @@
 //! Default lighting for worlds without lights.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use glam::Vec3;
 use kinetree::EditError;
@@ -71,7 +70,7 @@ pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
     }
     drop(frame);
     let (sky, sun) = daylight();
-    let own_sky = std::mem::replace(&mut Arc::make_mut(&mut world.material_set).sky, sky);
+    let own_sky = std::mem::replace(&mut world.sky, sky);
     world.lights.push(LightSource { node: None, light: sun });
     let frame = world.frame(0.0)?;
     if looks_dark(&frame, &camera) && !is_empty(&frame) {
@@ -81,8 +80,7 @@ pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
             Some(CameraSource { node, camera, .. }) => LightSource { node, light: lamp(camera.position()) },
             None => LightSource { node: None, light: lamp(camera.position()) },
         });
-        drop(frame);
-        Arc::make_mut(&mut world.material_set).sky = own_sky;
+        world.sky = own_sky;
     }
     Ok(true)
 }

@@ -56,12 +56,11 @@ impl SceneContext<'_> {
     pub(crate) fn passes_alpha_test(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
         let frame = self.frame;
         let instance = frame.view.instance_at(candidate.instance_index());
-        if ShadingAttributes::material_at(&frame.material_set, &instance, candidate.primitive()).alpha == Alpha::Opaque
-        {
+        if ShadingAttributes::material_at(frame, &instance, candidate.primitive()).alpha == Alpha::Opaque {
             return true;
         }
         let at = [candidate.u(), candidate.v()];
-        let opacity = ShadingAttributes::at(&frame.material_set, &instance, candidate.primitive(), at).opacity();
+        let opacity = ShadingAttributes::at(frame, &instance, candidate.primitive(), at).opacity();
         alpha_test(opacity, candidate.instance_index(), candidate.primitive(), at, salt)
     }
 }

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3, Vec4};
 use kinetree::InstanceView;
-use kinetree_world::{Alpha, Material, MaterialSet, Texture, TextureRef};
+use kinetree_world::{Alpha, Frame, Material, Texture, TextureRef};
 
 use crate::color::{clamp_positive, reflectance, sanitized};
 use crate::sampler::{combine, unit_hash};
@@ -27,15 +27,11 @@ pub(crate) struct ShadingAttributes<'a> {
 impl<'a> ShadingAttributes<'a> {
     /// The attributes at barycentric coordinates `u` and `v`, the weights of the second and third
     /// vertex.
-    pub(crate) fn at(
-        material_set: &'a MaterialSet,
-        instance: &InstanceView<'_>,
-        primitive: u32,
-        [u, v]: [f32; 2],
-    ) -> Self {
-        let material = Self::material_at(material_set, instance, primitive);
-        let mut attributes = Self { textures: &material_set.textures, material, uv: [0.0; 2], vertex_color: Vec4::ONE };
-        let Some(surface) = material_set.surfaces.get(instance.user_id() as usize) else { return attributes };
+    pub(crate) fn at(frame: &'a Frame, instance: &InstanceView<'_>, primitive: u32, [u, v]: [f32; 2]) -> Self {
+        let material = Self::material_at(frame, instance, primitive);
+        let mut attributes =
+            Self { textures: &frame.material_set.textures, material, uv: [0.0; 2], vertex_color: Vec4::ONE };
+        let Some(surface) = frame.surface(instance.index()) else { return attributes };
         let corners = instance.triangles()[primitive as usize].map(|vertex| vertex as usize);
         let weights = [1.0 - u - v, u, v];
         if let [Some(a), Some(b), Some(c)] = corners.map(|vertex| surface.uvs.get(vertex)) {
@@ -50,14 +46,9 @@ impl<'a> ShadingAttributes<'a> {
     }
 
     /// The material of a triangle.
-    pub(crate) fn material_at(
-        material_set: &'a MaterialSet,
-        instance: &InstanceView<'_>,
-        primitive: u32,
-    ) -> &'a Material {
-        let surface = material_set.surfaces.get(instance.user_id() as usize);
-        let material = surface.and_then(|surface| surface.material_of(primitive));
-        material.and_then(|id| material_set.materials.get(id as usize)).unwrap_or(&DEFAULT_MATERIAL)
+    pub(crate) fn material_at(frame: &'a Frame, instance: &InstanceView<'_>, primitive: u32) -> &'a Material {
+        let material = frame.surface(instance.index()).and_then(|surface| surface.material_of(primitive));
+        material.and_then(|id| frame.material_set.materials.get(id as usize)).unwrap_or(&DEFAULT_MATERIAL)
     }
 
     fn texture(&self, reference: &Option<TextureRef>) -> Vec4 {

@@ -29,7 +29,7 @@ impl ThinGlass {
         };
         let mut boxes = Vec::new();
         for instance in frame.view.instances() {
-            let Some(surface) = frame.material_set.surfaces.get(instance.user_id() as usize) else { continue };
+            let Some(surface) = frame.surface(instance.index()) else { continue };
             if !surface.parts.iter().any(|part| is_thin_glass(Some(part.material))) {
                 continue;
             }

@@ -69,10 +69,10 @@ fn lamps_under_uneven_scale_are_weighed_by_their_area_in_the_world() {
 fn an_even_sky_and_a_gradient_give_the_irradiance_of_their_integrals() {
     for kind in BOTH {
         let mut model = floor();
-        model.material_set.sky = Sky::Constant([2.0; 3]);
+        model.sky = Sky::Constant([2.0; 3]);
         on_the_floor(model, kind, 4).assert_is(1.6, 1e-3, "even sky");
         let mut model = floor();
-        model.material_set.sky = Sky::Gradient { zenith: [4.0; 3], horizon: [1.0; 3], ground: [7.0; 3] };
+        model.sky = Sky::Gradient { zenith: [4.0; 3], horizon: [1.0; 3], ground: [7.0; 3] };
         on_the_floor(model, kind, 256).assert_is(0.8 * 3.0, 2e-3, "gradient");
     }
 }
@@ -139,7 +139,7 @@ fn what_glass_reflects_and_lets_through_follows_fresnel() {
     let seen = |scatter, angle: f64, kind| {
         let material = Material { scatter, ..Material::diffuse([1.0; 3]) };
         let mut model = Model::default().with(&Shape::square(), material, Affine::from_scale([10.0; 3]));
-        model.material_set.sky = sky;
+        model.sky = sky;
         let eye = [angle.sin() as f32, angle.cos() as f32, 0.0];
         glimpse(&model.frame(), eye, [0.0; 3], kind, 1024, 0)
     };

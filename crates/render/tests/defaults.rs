@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{Model, Shape, picture, placed, settings};
 use kinetree::{Affine, Mesh, Motion, Ray, Scene};
 use kinetree_render::{IntegratorKind, daylight, default_camera, default_lighting, is_dark, metered_exposure};
-use kinetree_world::{Camera, Frame, Light, Material, MaterialSet, NoAnimation, Sky, Surface, World};
+use kinetree_world::{Camera, Frame, Light, Material, MaterialSet, Sky, Surface, World};
 
 fn grey() -> Material {
     Material::diffuse([0.5; 3])
@@ -206,16 +206,14 @@ fn world(material: Material, sky: Sky) -> World {
     let mut scene = Scene::new();
     let mesh = Mesh::new(&shape.positions, &shape.triangles).expect("a good mesh");
     let mesh = scene.add_mesh(mesh, Motion::Static).expect("a mesh fits");
-    scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
+    let instance = scene.add_instance(scene.root(), mesh, Affine::IDENTITY).expect("an instance fits");
     let material_set =
-        MaterialSet { materials: vec![material], surfaces: vec![Surface::of(0)], sky, ..MaterialSet::default() };
-    World {
-        scene,
-        material_set: Arc::new(material_set),
-        lights: Vec::new(),
-        cameras: Vec::new(),
-        animation: Box::new(NoAnimation),
-    }
+        MaterialSet { materials: vec![material], surfaces: vec![Surface::of(0)], ..MaterialSet::default() };
+    let mut world = World::new(scene);
+    world.material_set = Arc::new(material_set);
+    world.material_bindings.bind(instance, 0);
+    world.sky = sky;
+    world
 }
 
 #[test]
@@ -248,7 +246,7 @@ fn lamps_light_a_scene_when_most_of_it_is_in_their_light() {
 fn exposure_in_daylight(model: Model, camera: &Camera) -> f32 {
     let (sky, sun) = daylight();
     let mut model = model.lit_by(sun);
-    model.material_set.sky = sky;
+    model.sky = sky;
     let frame = model.frame();
     let film = picture(&frame, camera, &settings(IntegratorKind::Path, 64, 16)).film;
     metered_exposure(&frame, camera, &film)
@@ -289,7 +287,7 @@ fn where_daylight_does_not_get_in_there_is_a_lamp() {
     let eye = Camera::look_at([0.5, 0.2, 0.5], [-1.0, -0.3, -1.0], 1.0);
     chamber.cameras.push(kinetree_world::CameraSource { name: String::new(), node: None, camera: eye });
     assert!(default_lighting(&mut chamber).expect("nothing moves"));
-    assert_eq!(chamber.material_set.sky, black);
+    assert_eq!(chamber.sky, black);
     assert!(matches!(chamber.lights[..], [kinetree_world::LightSource { light: Light::Point { .. }, .. }]));
     let frame = chamber.frame(0.0).expect("nothing moves");
     let film = picture(&frame, &eye, &settings(IntegratorKind::Path, 32, 16)).film;

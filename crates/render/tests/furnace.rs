@@ -93,7 +93,7 @@ fn smooth_normals_neither_add_light_nor_leak_it() {
     }
     // A room without windows, whose normals are smooth, stays black under any sky.
     let mut model = Model::default().with(&Shape::sphere(6).smooth().inverted(), white, Affine::IDENTITY);
-    model.material_set.sky = Sky::Constant([1e3; 3]);
+    model.sky = Sky::Constant([1e3; 3]);
     let frame = model.frame();
     for kind in [IntegratorKind::Simple, IntegratorKind::Path] {
         let inside = glimpse(&frame, [0.0; 3], [0.3, 0.8, -0.5], kind, 64, 0);

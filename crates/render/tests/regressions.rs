@@ -120,7 +120,7 @@ fn a_roof_of_panes_takes_from_sky_and_lamps_what_it_reflects() {
     };
     for kind in BOTH {
         let mut under_sky = roofs(1);
-        under_sky.material_set.sky = Sky::Constant([3.0; 3]);
+        under_sky.sky = Sky::Constant([3.0; 3]);
         let ceiling = placed([4e4, 1.0, 4e4], [0.0, 1.0, 0.0], 0.3, [0.0, 2.0, 0.0]);
         let lamp = Material::emissive([3.0; 3]);
         let under_lamp = roofs(1).with(&Shape::square(), lamp, ceiling);
@@ -176,7 +176,7 @@ fn a_closed_room_is_dark_however_far_it_is() {
             let placement = Affine::from_translation(middle) * Affine::from_scale([2.0; 3]);
             for (shape, placement) in [own, (walls, placement)] {
                 let mut model = Model::default().with(&shape, Material::diffuse([0.8; 3]), placement);
-                model.material_set.sky = Sky::Constant([1e3; 3]);
+                model.sky = Sky::Constant([1e3; 3]);
                 let sun = Light::Sun { direction: [0.3, -1.0, 0.2], irradiance: [1e3; 3], angle: 0.1 };
                 let lamp = Light::Point { position: [0.0; 3], intensity: [1e12; 3], range: f32::INFINITY };
                 let frame = model.lit_by(sun).lit_by(lamp).frame();

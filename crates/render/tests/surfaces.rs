@@ -64,7 +64,7 @@ fn a_blended_surface_lets_through_what_alpha_leaves() {
 fn shadows_have_the_holes_of_what_casts_them() {
     for kind in BOTH {
         let mut model = veil(Alpha::Mask { cutoff: 0.5 }, 0);
-        model.material_set.sky = Sky::Constant([0.0; 3]);
+        model.sky = Sky::Constant([0.0; 3]);
         let ground = placed([100.0; 3], [0.0, 1.0, 0.0], 0.0, [0.0, -1.0, 0.0]);
         let sun = Light::Sun { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3], angle: 0.0 };
         let frame = model.with(&Shape::square(), Material::diffuse([1.0; 3]), ground).lit_by(sun).frame();
@@ -166,7 +166,7 @@ fn bad_data_never_reaches_the_film() {
         },
     ];
     let mut model = Model::under(1.0);
-    model.material_set.sky = Sky::Gradient { zenith: [nan; 3], horizon: [1.0, -1.0, 2.0], ground: [0.0; 3] };
+    model.sky = Sky::Gradient { zenith: [nan; 3], horizon: [1.0, -1.0, 2.0], ground: [0.0; 3] };
     model.material_set.textures.push(Texture { texels: Vec::new(), ..half_there(9) });
     for (index, material) in materials.into_iter().enumerate() {
         let place = Affine::from_translation([(index % 4) as f32 * 2.0 - 3.0, 0.0, (index / 4) as f32 * 2.0]);

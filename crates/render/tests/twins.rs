@@ -22,7 +22,7 @@ fn everything() -> Frame {
         wrap: [Wrap::Repeat; 2],
         filter: Filter::Bilinear,
     });
-    model.material_set.sky = Sky::Gradient { zenith: [0.3, 0.5, 0.9], horizon: [0.8; 3], ground: [0.1; 3] };
+    model.sky = Sky::Gradient { zenith: [0.3, 0.5, 0.9], horizon: [0.8; 3], ground: [0.1; 3] };
     let textured = |material: Material| Material { base_color_texture: Some(0.into()), ..material };
     let pane = Material { scatter: Scatter::ThinDielectric { ior: 1.5 }, ..Material::diffuse([0.8, 1.0, 0.9]) };
     let glowing = Material { emission_texture: Some(0.into()), ..Material::emissive([6.0, 5.0, 4.0]) };

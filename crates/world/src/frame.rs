@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use kinetree::Snapshot;
 
-use crate::{Light, MaterialSet};
+use crate::material_bindings::UNBOUND;
+use crate::{Light, MaterialBindings, MaterialSet, Sky, Surface};
 
 /// A world at one time: all that a renderer needs. It borrows nothing, and does not change.
 #[derive(Clone)]
@@ -15,6 +16,49 @@ pub struct Frame {
     pub material_set: Arc<MaterialSet>,
     /// The lights that are not surfaces, world space.
     pub lights: Vec<Light>,
+    /// The sky.
+    pub sky: Sky,
     /// Seconds.
     pub time: f64,
+    /// Index into the surfaces of `material_set` for each instance, by its dense index.
+    surfaces: Arc<[u32]>,
+}
+
+impl Frame {
+    /// A frame at time 0 without lights, under a black sky, whose instances have the default
+    /// material.
+    pub fn new(snapshot: Snapshot) -> Self {
+        Self {
+            view: snapshot,
+            material_set: Arc::default(),
+            lights: Vec::new(),
+            sky: Sky::default(),
+            time: 0.0,
+            surfaces: Arc::default(),
+        }
+    }
+
+    /// Gives the instances of the frame the surfaces that they are bound to.
+    #[must_use]
+    pub fn with_materials(mut self, material_set: Arc<MaterialSet>, bindings: &mut MaterialBindings) -> Self {
+        self.surfaces = bindings.resolve(&self.view);
+        self.material_set = material_set;
+        self
+    }
+
+    /// The surface of the instance with a dense index, [`InstanceView::index`]; `None` for one that
+    /// has none, whose triangles have the default material.
+    ///
+    /// [`InstanceView::index`]: kinetree::InstanceView::index
+    #[inline]
+    pub fn surface(&self, instance: u32) -> Option<&Surface> {
+        self.material_set.surfaces.get(self.surface_index(instance)? as usize)
+    }
+
+    /// As [`Frame::surface`], the index into [`MaterialSet::surfaces`] that the instance is bound
+    /// to.
+    #[inline]
+    pub fn surface_index(&self, instance: u32) -> Option<u32> {
+        self.surfaces.get(instance as usize).copied().filter(|&surface| surface != UNBOUND)
+    }
 }

@@ -11,7 +11,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | materials and their assignment to triangles | `material`, `material_set`, `texture` |
+//! | materials of triangles and instances | `material`, `texture`, `material_set`, `material_bindings` |
 //! | lights and cameras | `light`, `sky`, `camera` |
 //! | motion | `animation` |
 //! | all together, and at one time | `world`, `frame` |
@@ -21,6 +21,7 @@ mod camera;
 mod frame;
 mod light;
 mod material;
+mod material_bindings;
 mod material_set;
 mod sky;
 mod texture;
@@ -31,6 +32,7 @@ pub use camera::{Camera, CameraProjection};
 pub use frame::Frame;
 pub use light::Light;
 pub use material::{Alpha, Material, Scatter};
+pub use material_bindings::MaterialBindings;
 pub use material_set::{MaterialSet, Part, Surface};
 pub use sky::Sky;
 pub use texture::{Filter, Texture, TextureRef, Wrap, linear_from_srgb};

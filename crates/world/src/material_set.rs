@@ -1,11 +1,11 @@
 //! All materials and textures of a world, and the surfaces that assign them to triangles.
 //!
-//! A [`MaterialSet`] is made once, when a world is loaded. The user id of an instance is an index into
-//! [`MaterialSet::surfaces`], and a surface has a material for every triangle of the mesh.
+//! A [`MaterialSet`] is made once, when a world is loaded. [`MaterialBindings`](crate::MaterialBindings) give
+//! each instance one of [`MaterialSet::surfaces`], and a surface has a material for every triangle of the mesh.
 
 use std::fmt;
 
-use crate::{Material, Sky, Texture};
+use crate::{Material, Texture};
 
 /// What shading needs and does not change from frame to frame.
 #[derive(Debug, Default, Clone)]
@@ -14,10 +14,8 @@ pub struct MaterialSet {
     pub materials: Vec<Material>,
     /// Indexed by [`TextureRef::texture`].
     pub textures: Vec<Texture>,
-    /// Indexed by the user id of an instance.
+    /// Indexed by what [`MaterialBindings`](crate::MaterialBindings) gives for an instance.
     pub surfaces: Vec<Surface>,
-    /// The sky.
-    pub sky: Sky,
 }
 
 /// The materials and vertex attributes of one mesh.

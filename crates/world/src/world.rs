@@ -4,16 +4,21 @@ use std::sync::Arc;
 
 use kinetree::{Affine, EditError, NodeId, Scene};
 
-use crate::{Animation, Camera, Frame, Light, MaterialSet};
+use crate::{Animation, Camera, Frame, Light, MaterialBindings, MaterialSet, NoAnimation, Sky};
 
 /// A scene with materials, lights, cameras and an animation, which gives a [`Frame`] for any time.
+#[non_exhaustive]
 pub struct World {
     /// The geometry, which `animation` edits.
     pub scene: Scene,
-    /// Materials and textures. The user id of an instance is an index into [`MaterialSet::surfaces`].
+    /// Materials and textures.
     pub material_set: Arc<MaterialSet>,
+    /// Which surface of `material_set` each instance of `scene` has.
+    pub material_bindings: MaterialBindings,
     /// Lights that are not surfaces.
     pub lights: Vec<LightSource>,
+    /// The sky.
+    pub sky: Sky,
     /// Cameras; the first is the default.
     pub cameras: Vec<CameraSource>,
     /// What moves the scene.
@@ -41,6 +46,19 @@ pub struct CameraSource {
 }
 
 impl World {
+    /// A world without materials, lights, cameras and animation.
+    pub fn new(scene: Scene) -> Self {
+        Self {
+            scene,
+            material_set: Arc::default(),
+            material_bindings: MaterialBindings::default(),
+            lights: Vec::new(),
+            sky: Sky::default(),
+            cameras: Vec::new(),
+            animation: Box::new(NoAnimation),
+        }
+    }
+
     /// Brings the scene to a time, in seconds, commits it, and returns the frame.
     ///
     /// # Errors
@@ -52,7 +70,10 @@ impl World {
             .iter()
             .map(|source| Ok(source.light.placed(&self.placement(source.node)?)))
             .collect::<Result<_, EditError>>()?;
-        Ok(Frame { view: self.scene.commit(), material_set: self.material_set.clone(), lights, time: seconds })
+        let frame = Frame::new(self.scene.commit());
+        let mut frame = frame.with_materials(self.material_set.clone(), &mut self.material_bindings);
+        (frame.lights, frame.sky, frame.time) = (lights, self.sky, seconds);
+        Ok(frame)
     }
 
     /// A camera in world space at the time of the latest frame.

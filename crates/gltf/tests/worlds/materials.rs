@@ -378,7 +378,8 @@ fn a_ray_finds_the_surface_that_it_hits() {
     let view = frame(&mut loaded, 0.0);
     for (x, surface) in [(0.25, 0), (10.25, 1)] {
         let hit = view.closest_hit(&Ray::new([x, 0.25, 1.0], [0.0, 0.0, -1.0])).expect("a hit");
-        assert_eq!(view.user_id(&hit), surface);
+        let instance = view.instance_id(&hit);
+        assert_eq!(loaded.world.material_bindings.surface(instance), Some(surface));
     }
     assert_eq!(loaded.world.material_set.surfaces.len(), 2);
     assert!(loaded.world.lights.is_empty());

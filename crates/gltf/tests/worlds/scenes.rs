@@ -49,7 +49,9 @@ fn check(path: &Path, unique: usize, flat: usize, instances: usize) {
             let found: usize = view.instances().map(|instance| instance.triangles().len()).sum();
             assert_eq!(found, flat, "triangles of all instances of {}", path.display());
             // Nodes that deform a mesh have copies of it, but share its surface.
-            let mut surfaces: Vec<_> = view.instances().map(|i| (i.user_id(), i.triangles().len())).collect();
+            let bindings = &loaded.world.material_bindings;
+            let mut surfaces: Vec<_> =
+                view.instances().map(|i| (bindings.surface(i.id()), i.triangles().len())).collect();
             surfaces.sort_unstable();
             surfaces.dedup();
             let found: usize = surfaces.iter().map(|&(_, triangles)| triangles).sum();

@@ -200,7 +200,8 @@ pub(crate) fn frame(loaded: &mut LoadedWorld, seconds: f64) -> Snapshot {
     let frame = loaded.world.frame(seconds).unwrap_or_else(|error| panic!("at {seconds}: {error}"));
     for instance in frame.view.instances() {
         instance.bvh().validate().unwrap_or_else(|violation| panic!("at {seconds}: {violation}"));
-        assert!((instance.user_id() as usize) < frame.material_set.surfaces.len());
+        assert!(frame.surface(instance.index()).is_some());
+        assert_eq!(instance.user_id(), 0, "user ids are the caller's");
     }
     frame.view
 }

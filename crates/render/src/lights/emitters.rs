@@ -35,7 +35,7 @@ pub(super) fn collect(frame: &Frame) -> Vec<Emitter> {
     };
     let mut emitters = Vec::new();
     for instance in frame.view.instances() {
-        let Some(surface) = frame.material_set.surfaces.get(instance.user_id() as usize) else { continue };
+        let Some(surface) = frame.surface(instance.index()) else { continue };
         let count = instance.triangles().len() as u32;
         for (run, material) in runs(surface, count) {
             if emits(material) {
@@ -73,15 +73,12 @@ impl Emitter {
         for row in 0..PROBES {
             for column in 0..PROBES - row {
                 let at = [(row as f32 + 1.0 / 3.0) / PROBES as f32, (column as f32 + 1.0 / 3.0) / PROBES as f32];
-                let attributes = ShadingAttributes::at(&frame.material_set, instance, primitive, at);
+                let attributes = ShadingAttributes::at(frame, instance, primitive, at);
                 emitted += luminance(attributes.emission()) * attributes.opacity();
             }
         }
-        let sides = if ShadingAttributes::at(&frame.material_set, instance, primitive, [0.3; 2]).material.two_sided {
-            2.0
-        } else {
-            1.0
-        };
+        let sides =
+            if ShadingAttributes::at(frame, instance, primitive, [0.3; 2]).material.two_sided { 2.0 } else { 1.0 };
         let power = emitted / (PROBES * (PROBES + 1) / 2) as f32 * area * PI * sides;
         (power > 0.0 && power.is_finite()).then_some(Self {
             instance: instance.index(),
@@ -110,7 +107,7 @@ impl Emitter {
         let at = a * (1.0 - v - w) + b * v + c * w;
         let front = self.normal.dot(from - at) > 0.0;
         let instance = frame.view.instance_at(self.instance);
-        let attributes = ShadingAttributes::at(&frame.material_set, &instance, self.primitive, [v, w]);
+        let attributes = ShadingAttributes::at(frame, &instance, self.primitive, [v, w]);
         if !front && !attributes.material.two_sided {
             return None;
         }

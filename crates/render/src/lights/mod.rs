@@ -86,7 +86,7 @@ impl<'a> LightTable<'a> {
             area_table: AliasTable::new(&areas),
             punctual_table: AliasTable::new(&points),
             sun_table: AliasTable::new(&powers),
-            has_sky: infinite::sky_power(&frame.material_set.sky) > 0.0,
+            has_sky: infinite::sky_power(&frame.sky) > 0.0,
             frame,
             emitters,
             of_instance,
@@ -102,7 +102,7 @@ impl<'a> LightTable<'a> {
 
     /// Radiance of the sky from a direction.
     pub(crate) fn sky(&self, direction: Vec3) -> Vec3 {
-        infinite::sky_radiance(&self.frame.material_set.sky, direction)
+        infinite::sky_radiance(&self.frame.sky, direction)
     }
 
     /// The direction to each sun, and its irradiance on a surface that faces it.
@@ -112,7 +112,7 @@ impl<'a> LightTable<'a> {
 
     /// Approximate luminance of the irradiance of suns and sky at an unoccluded point.
     pub(crate) fn daylight(&self) -> f32 {
-        self.suns.iter().map(Sun::power).sum::<f32>() + infinite::sky_power(&self.frame.material_set.sky)
+        self.suns.iter().map(Sun::power).sum::<f32>() + infinite::sky_power(&self.frame.sky)
     }
 
     /// Whether there is no light at all.
@@ -179,7 +179,7 @@ impl<'a> LightTable<'a> {
         let suns = self.suns.iter().enumerate().filter_map(move |(index, sun)| {
             sun.radiance_from(direction).map(|(radiance, pdf)| (radiance, pdf * self.sun_table.probability(index)))
         });
-        suns.chain([(infinite::sky_radiance(&self.frame.material_set.sky, direction), 0.0)])
+        suns.chain([(infinite::sky_radiance(&self.frame.sky, direction), 0.0)])
     }
 }
 

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use kinetree::{Affine, Mesh, Motion, Scene};
 use kinetree_render::{IntegratorKind, Rendered, Settings, render};
-use kinetree_world::{Camera, Frame, Light, Material, MaterialSet, Sky, Surface};
+use kinetree_world::{Camera, Frame, Light, Material, MaterialBindings, MaterialSet, Sky, Surface};
 
 /// Triangles with texture coordinates.
 #[derive(Clone, Default)]
@@ -97,13 +97,14 @@ impl Shape {
 pub(crate) struct Model {
     scene: Option<Scene>,
     pub(crate) material_set: MaterialSet,
+    pub(crate) material_bindings: MaterialBindings,
     pub(crate) lights: Vec<Light>,
+    pub(crate) sky: Sky,
 }
 
 impl Model {
     pub(crate) fn under(sky: f32) -> Self {
-        let material_set = MaterialSet { sky: Sky::Constant([sky; 3]), ..MaterialSet::default() };
-        Self { material_set, ..Self::default() }
+        Self { sky: Sky::Constant([sky; 3]), ..Self::default() }
     }
 
     /// Adds a shape of one material.
@@ -119,7 +120,7 @@ impl Model {
         }
         let mesh = scene.add_mesh(mesh, motion).expect("a mesh fits");
         let instance = scene.add_instance(scene.root(), mesh, placement).expect("an instance fits");
-        scene.set_user_id(instance, self.material_set.surfaces.len() as u32).expect("the instance lives");
+        self.material_bindings.bind(instance, self.material_set.surfaces.len() as u32);
         let id = self.material_set.materials.len() as u32;
         self.material_set.materials.push(material);
         self.material_set.surfaces.push(Surface { uvs: shape.uvs.clone(), ..Surface::of(id) });
@@ -131,9 +132,12 @@ impl Model {
         self
     }
 
-    pub(crate) fn frame(self) -> Frame {
+    pub(crate) fn frame(mut self) -> Frame {
         let mut scene = self.scene.unwrap_or_default();
-        Frame { view: scene.commit(), material_set: self.material_set.into(), lights: self.lights, time: 0.0 }
+        let frame = Frame::new(scene.commit());
+        let mut frame = frame.with_materials(self.material_set.into(), &mut self.material_bindings);
+        (frame.lights, frame.sky) = (self.lights, self.sky);
+        frame
     }
 }
 
