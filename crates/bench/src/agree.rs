@@ -252,14 +252,14 @@ mod tests {
     }
 
     #[test]
-    fn rounding_of_the_reference_is_nobodys_measure() {
+    fn distances_of_the_reference_are_refined_in_exact_arithmetic() {
         let rays = [down(0.2), Ray::new(Vec3::splat(5.0), Vec3::X)];
         let refined = refined(&soup(), &rays, &[hit(1.25), Answer::MISS]);
         assert_eq!(refined, [hit(1.0), Answer::MISS]);
     }
 
     #[test]
-    fn an_edge_is_an_excuse_and_the_inside_is_none() {
+    fn differences_at_edges_are_counted_apart() {
         for (x, at_edges) in [(0.2, 0), (1e-6, 1)] {
             let answers = [
                 (EngineAnswer::Nearest(Answer::MISS), Question::Closest),
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_right_against_a_wrong_reference_is_not_blamed_and_who_agrees_with_it_is() {
+    fn an_engine_that_contradicts_a_wrong_reference_is_right_and_one_that_agrees_is_wrong() {
         let wrong = [hit(0.5), Answer::MISS];
         for (reference, question) in
             wrong.into_iter().flat_map(|it| [(it, Question::Closest), (it, Question::Occluded)])
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn without_time_to_look_the_reference_is_believed_and_it_is_said() {
+    fn without_budget_the_reference_counts_as_right_and_unsettled_rays_are_counted() {
         let differences = differences_of(down(0.2), hit(0.5), EngineAnswer::Nearest(hit(1.0)), Question::Closest, 0);
         assert_eq!(differences.all, 1);
         let (soup, rays) = (soup(), [down(0.2); 4]);

@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rays_pass_triangles_at_the_distance_that_one_sees() {
+    fn distances_between_rays_and_triangles_are_right() {
         let triangle = [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0];
         let passes =
             |origin: [f32; 3], direction: [f32; 3]| distance(&Ray::new(origin.into(), direction.into()), &triangle);

@@ -37,7 +37,7 @@ pub(crate) fn run(
         for engine in wanted.filter(|engine| threads == 1 || scales(engine.name())) {
             predicted += budget.expected_seconds(&build_only_key(engine.name()), soup.len());
             if predicted > seconds {
-                log.say(&format!("  the build of {} is not timed: there is no time for it", engine.name()));
+                log.print(&format!("  the build of {} is not timed: there is no time for it", engine.name()));
                 predicted -= budget.expected_seconds(&build_only_key(engine.name()), soup.len());
             } else {
                 chosen.push(engine);

@@ -55,11 +55,14 @@ pub(crate) fn check(
     let expected: Vec<Vec<Answer>> = sets.iter().map(|set| reference.closest(soup, &set.rays)).collect();
     for (set, answers) in sets.iter().zip(&expected) {
         let hits = answers.iter().filter(|answer| answer.is_hit()).count();
-        log.say(&format!("  {:<17} {hits} of {} rays hit something", set.kind.name(), set.rays.len()));
+        log.print(&format!("  {:<17} {hits} of {} rays hit something", set.kind.name(), set.rays.len()));
         let wanted = case.expected(set.kind, plan.quick, soup.len());
         if wanted.is_some_and(|wanted| wanted.abs_diff(hits) > leeway(set.kind, set.rays.len())) {
             checked.kinetree_is_wrong = true;
-            log.say(&format!("  {}: {hits} rays hit something, the case says otherwise: {wanted:?}", set.kind.name()));
+            log.print(&format!(
+                "  {}: {hits} rays hit something, the case says otherwise: {wanted:?}",
+                set.kind.name()
+            ));
         }
     }
     if plan.first {
@@ -82,7 +85,7 @@ fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec
         differences =
             differences.and(ExactAnswers::default().differences(soup, &rays, &right, &disputes, Question::Closest));
     }
-    log.say(&format!(
+    log.print(&format!(
         "  exact search through all triangles: {} of {} answers of the reference differ, {} of them at edges",
         differences.all, differences.rays, differences.at_edges
     ));
@@ -116,7 +119,7 @@ fn compare_engines(
             true
         }
         Err(panicked) => {
-            log.say(&panicked);
+            log.print(&panicked);
             checked.some_engine_differs = true;
             checked.kinetree_is_wrong |= is_kinetree(built);
             false
@@ -135,7 +138,7 @@ fn compare_engines(
     }
     if settled + unsettled > 0 {
         let (all, at_edges) = (reference.all, reference.at_edges);
-        log.say(&format!(
+        log.print(&format!(
             "  disputed: {settled} rays settled by exact search, {unsettled} believed of the reference for want of time; it was wrong about {all}, {at_edges} of them at edges"
         ));
     }
@@ -174,14 +177,14 @@ fn count_wrong_answers(
         checked.disagreements.insert((name, call.batch.is_none(), set.kind), wrong_answers);
         total = total.and(differences);
     }
-    log.say(&format!(
+    log.print(&format!(
         "  {:<28} {} of {} answers are wrong, {} of them at edges",
         built.name, total.all, total.rays, total.at_edges
     ));
     // A few examples are enough.
     let ours = is_kinetree(built);
     let shown = notes.len().min(if ours { 3 } else { 1 });
-    notes[..shown].iter().for_each(|note| log.say(note));
+    notes[..shown].iter().for_each(|note| log.print(note));
     checked.some_engine_differs |= total.elsewhere() > 0;
     // `Precision::Fast` does not promise what the watertight test does.
     checked.kinetree_is_wrong |= ours && !built.name.ends_with(FAST_PRECISION_SUFFIX) && total.elsewhere() > 0;
@@ -313,7 +316,7 @@ mod tests {
 
     /// Every tenth hit of the reference is replaced by a miss.
     #[test]
-    fn where_the_reference_is_wrong_it_is_blamed_and_not_who_knows_better() {
+    fn errors_of_the_reference_count_against_it_and_not_against_engines_that_are_right() {
         let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";
         let case = Case::parse(text).unwrap();
         let (scene, reference, sets) = scene_of(&case);
@@ -335,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_answers_of_ours_are_a_failure_and_those_of_others_are_counted() {
+    fn wrong_answers_of_kinetree_are_a_failure_and_those_of_others_are_counted() {
         let text = "name='small'\nseed=3\nrays=256\nquick_rays=256\n[scene]\nkind='pile'\nseed=5\ntriangles=2000\n";
         let mut case = Case::parse(text).unwrap();
         let (scene, reference, sets) = scene_of(&case);

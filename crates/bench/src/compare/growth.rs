@@ -54,7 +54,7 @@ pub(crate) fn run(
         drop(lineup);
         builds::run(&case.name, plan, &wanted, soup, (&*budget, seconds * 0.25), log, rows)?;
     }
-    log.say(&report::table(&record.rows[from..]));
+    log.print(&report::table(&record.rows[from..]));
     Ok(())
 }
 

@@ -47,7 +47,7 @@ pub(crate) fn is_possible(
     let core = engines.iter().filter(|engine| is_core(engine.name()));
     let predicted: f64 = core.map(|engine| budget.expected_seconds(engine.name(), triangles)).sum();
     if predicted > seconds {
-        log.say(&format!("  {case} is left out: there is no time for it"));
+        log.print(&format!("  {case} is left out: there is no time for it"));
     }
     predicted <= seconds
 }
@@ -71,7 +71,7 @@ pub(crate) fn build(
     for engine in engines {
         let name = engine.name().to_owned();
         if !is_core(&name) && all.read().wall + budget.expected_seconds(&name, soup.len()) > seconds {
-            log.say(&format!("  {name} is left out: there is no time for its build"));
+            log.print(&format!("  {name} is left out: there is no time for its build"));
             continue;
         }
         let watch = Stopwatch::start(ClockScope::Process);
@@ -99,7 +99,7 @@ pub(crate) fn build(
                     cost,
                     overlap: tree.facts().overlap,
                 };
-                log.say(&format!("  {}", note.sentence()));
+                log.print(&format!("  {}", note.sentence()));
                 record.trees.push(note);
                 if !engine.shares_builds() {
                     record.rows.extend(memory_rows(case, *engine, &*tree, heap_use, soup));
@@ -108,7 +108,7 @@ pub(crate) fn build(
                     (engine.instructions().to_owned(), engine.class(), engine.is_robust());
                 lineup.push(BuiltEngine { name, instructions, class, robust, tree });
             }
-            Err(failure) => log.say(&format!("  {name} is left out: {failure}")),
+            Err(failure) => log.print(&format!("  {name} is left out: {failure}")),
         }
     }
     Ok(lineup)

@@ -17,15 +17,15 @@ impl Default for Log {
 
 impl Log {
     /// Prints a line, and keeps it.
-    pub(crate) fn say(&mut self, line: &str) {
+    pub(crate) fn print(&mut self, line: &str) {
         println!("{line}");
         self.text.push_str(line);
         self.text.push('\n');
     }
 
     /// Logs the time since the previous call, as the duration of this part.
-    pub(crate) fn took(&mut self, part: &str) {
-        self.say(&format!("  [{part}: {:.1} s]", self.since.elapsed().as_secs_f64()));
+    pub(crate) fn duration_of(&mut self, part: &str) {
+        self.print(&format!("  [{part}: {:.1} s]", self.since.elapsed().as_secs_f64()));
         self.since = Instant::now();
     }
 }

@@ -40,8 +40,8 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
     let record = if options.part.is_none() && options.processes > 1 {
         let record = processes::run(options.processes)?;
         log.text.push_str(&record.text);
-        log.say("\n#### all processes together");
-        log.say(&report::table(&record.rows));
+        log.print("\n#### all processes together");
+        log.print(&report::table(&record.rows));
         record
     } else {
         measure(options, &mut log)?
@@ -50,8 +50,8 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
         save(part, &serde_json::to_string(&Record { text: log.text, ..record })?)?;
         return Ok(true);
     }
-    log.say(&report::goals(&record, Level::current().name(), machine::second_cache()));
-    log.say(match (record.kinetree_is_wrong, record.some_engine_differs) {
+    log.print(&report::goals(&record, Level::current().name(), machine::second_cache()));
+    log.print(match (record.kinetree_is_wrong, record.some_engine_differs) {
         (true, _) => "NOT all answers of kinetree are right",
         (false, true) => "all answers of kinetree are right; those of others that differ are counted above",
         (false, false) => "every engine agrees with the reference",
@@ -69,9 +69,9 @@ fn measure(options: &Options, log: &mut Log) -> Result<Record, Failure> {
         |name: &str| options.engine.is_empty() || options.engine.iter().any(|start| name.starts_with(start.as_str()));
     engines.retain(|engine| asked(engine.name()));
     let (processor, level, date) = (machine::processor(), Level::current().name(), machine::date());
-    log.say(&format!("{processor}, {} threads, level {level}, {date}", plan.threads));
-    log.say(&machine::versions());
-    notes.iter().for_each(|note| log.say(note));
+    log.print(&format!("{processor}, {} threads, level {level}, {date}", plan.threads));
+    log.print(&machine::versions());
+    notes.iter().for_each(|note| log.print(note));
 
     let mut record = Record::default();
     let cases = cases(options)?;
@@ -113,7 +113,7 @@ fn one_case(
     record: &mut Record,
 ) -> Result<(), Failure> {
     let mut scene = case.scene.open().map_err(|failure| format!("{}: {failure}", case.name))?;
-    log.say(&format!("\n== {}: {} triangles", case.name, scene.soup.len()));
+    log.print(&format!("\n== {}: {} triangles", case.name, scene.soup.len()));
     let mut wanted: Vec<&dyn Engine> =
         engines.iter().map(|engine| &**engine).filter(|engine| case.wants(engine.name(), plan.quick)).collect();
     if !lineup::is_possible(&case.name, &wanted, scene.soup.len(), (&*budget, seconds * 0.6), log) {
@@ -124,7 +124,7 @@ fn one_case(
         Some(camera) => scene.camera = PinholeCamera::look_at(camera.position.into(), camera.target(), camera.half),
         None => scene.narrow_view(&|soup, rays| reference.closest(soup, rays)),
     }
-    log.say(&format!("  seen from {}", scene.camera));
+    log.print(&format!("  seen from {}", scene.camera));
     let trace = |rays: &[Ray]| reference.closest(&scene.soup, rays);
     let sets = rays::sets(&scene, &case.sets, &|kind| case.count(kind, plan.quick), case.seed, &trace);
     // If time runs out, the less important engines are left out.
@@ -132,26 +132,26 @@ fn one_case(
     let from = record.rows.len();
     let soup = &scene.soup;
     let mut lineup = lineup::build(&case.name, &wanted, soup, (&mut *budget, seconds * 0.45), log, record)?;
-    log.took("scene, rays, trees");
+    log.duration_of("scene, rays, trees");
     let checked = check::check(case, plan, soup, &reference, &sets, &mut lineup, log);
     record.kinetree_is_wrong |= checked.kinetree_is_wrong;
     record.some_engine_differs |= checked.some_engine_differs;
-    log.took("answers");
+    log.duration_of("answers");
     let rows = &mut record.rows;
     traces::run(case, plan, &sets, &lineup, &checked.disagreements, seconds * 0.25, log, rows);
-    log.took("rays");
+    log.duration_of("rays");
     wanted.retain(|engine| lineup.iter().any(|built| built.name == engine.name()));
     drop(lineup);
     if !rays_only {
         builds::run(&case.name, plan, &wanted, soup, (&*budget, seconds * 0.2), log, rows)?;
         if plan.quick && soup.len() > QUICK_TRIANGLES {
-            log.say("  refits and builds by several threads are left to full runs: there are too many triangles");
+            log.print("  refits and builds by several threads are left to full runs: there are too many triangles");
         } else {
             refits::run(&case.name, plan, &wanted, soup, seconds * 0.05, log, rows)?;
         }
     }
-    log.took("builds and refits");
-    log.say(&report::table(&record.rows[from..]));
+    log.duration_of("builds and refits");
+    log.print(&report::table(&record.rows[from..]));
     Ok(())
 }
 

@@ -35,7 +35,7 @@ pub(crate) fn run(
             match guarded(|| engine.refitter(soup, &pool)) {
                 Ok(Some(refit)) => refitters.push((*engine, refit)),
                 Ok(None) => {}
-                Err(failure) => log.say(&format!("  {} cannot refit: {failure}", engine.name())),
+                Err(failure) => log.print(&format!("  {} cannot refit: {failure}", engine.name())),
             }
         }
         let places = [sway(soup, 1.0), sway(soup, -1.0)];
@@ -55,7 +55,7 @@ pub(crate) fn run(
             }
             Some(elapsed)
         });
-        failures.iter().for_each(|failure| log.say(failure));
+        failures.iter().for_each(|failure| log.print(failure));
         for ((engine, _), times) in refitters.iter().zip(times) {
             rows.extend(time_row(&name, *engine, Metric::Refit, 1, &times));
         }

@@ -70,7 +70,7 @@ fn count(set: &RaySet, built: &BuiltEngine, log: &mut Log) -> Option<PerRay> {
     // Both types consist of whole cache lines and are aligned to them.
     let (node, block) = (size_of::<WideNode>() as f64 / LINE, size_of::<TriangleBlock>() as f64 / LINE);
     let per_ray = PerRay { nodes, blocks, triangles: each(work.triangles), lines: nodes * node + blocks * block };
-    log.say(&format!(
+    log.print(&format!(
         "  {:<28} {:<17} per ray: {nodes:.2} nodes, {blocks:.2} leaf blocks, {:.2} triangles, {:.1} cache lines",
         built.name,
         set.kind.name(),

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_floats_lose_is_kept() {
+    fn rounding_errors_are_kept() {
         let big = number(&[1e30, 1.0]);
         assert_eq!((&big - &number(&[1e30])).value(), 1.0);
         assert_eq!((&big - &big).sign(), Ordering::Equal);

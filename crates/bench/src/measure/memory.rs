@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_held_and_what_was_held_are_told_apart() {
+    fn current_and_peak_bytes_are_counted_separately() {
         // The memory is reserved but never touched. Other tests allocate meanwhile, but far less.
         let (kept, heap_use) = count(|| {
             drop(Vec::<u8>::with_capacity(400_000_000));

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_take_turns_and_who_is_far_behind_takes_fewer() {
+    fn all_take_turns_and_those_far_behind_take_fewer() {
         let mut order = Vec::new();
         let times = in_turn(3, Rounds { full: 4, behind: 2, seconds: f64::INFINITY, warm_up: true }, |contender| {
             order.push(contender);
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn who_fails_is_not_asked_again() {
+    fn a_contender_that_fails_is_not_run_again() {
         let mut asked = 0;
         let times = in_turn(1, Rounds { full: 5, behind: 5, seconds: f64::INFINITY, warm_up: true }, |_| {
             asked += 1;

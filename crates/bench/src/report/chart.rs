@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn text_and_ground_are_told_apart_in_light_and_in_dark() {
+    fn both_schemes_set_text_and_background() {
         let (light, dark) = STYLE.split_once("@media").unwrap();
         for style in [light, dark] {
             assert!(style.contains("text { fill") && style.contains(".ground { fill"));

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn few_rays_want_a_quick_build_and_many_a_good_tree() {
+    fn few_rays_favour_a_quick_build_and_many_rays_a_good_tree() {
         let mut record = Record::default();
         for (engine, build, ray) in [("kinetree fastest", 1.0, 4.0), ("kinetree best", 10.0, 1.0), ("embree", 3.0, 3.0)]
         {
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn scaling_is_held_against_that_of_others() {
+    fn scaling_is_compared_with_that_of_others() {
         let mut record = Record::default();
         for (engine, threads, seconds) in
             [("kinetree", 1, 4.0), ("kinetree", 2, 2.0), ("embree", 1, 3.0), ("embree", 2, 2.0)]

@@ -116,7 +116,7 @@ mod tests {
         let cases = ["race", "kitchen_country", "other"];
         let found = |(case, ratio): (&str, f64)| CaseRatio {
             case: case.to_owned(),
-            note: "of somebody".to_owned(),
+            note: "of a rival".to_owned(),
             log_ratios: LogRatios::of_processes([ratio * 0.999, ratio, ratio * 1.001]),
         };
         let found = cases.into_iter().zip(ratios).map(found).collect();

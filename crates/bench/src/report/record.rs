@@ -91,7 +91,7 @@ mod tests {
     use crate::engine::Class;
 
     #[test]
-    fn processes_are_joined_row_by_row_and_survive_the_way_between_them() {
+    fn processes_are_joined_row_by_row_through_json() {
         let run =
             |times: &[f64]| Record { rows: vec![example("kinetree", Class::Fast, true, times)], ..Record::default() };
         let mut all = Record::default();

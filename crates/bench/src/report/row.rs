@@ -227,13 +227,17 @@ impl Row {
         rays_without_batches && same
     }
 
-    /// The fastest comparable row of another engine that `who` accepts, and the paired ratio.
-    pub(crate) fn against<'a>(&self, rows: &'a [Self], who: impl Fn(&Self) -> bool) -> Option<(&'a Self, LogRatios)> {
+    /// The fastest comparable row of another engine that `accepts` accepts, and the paired ratio.
+    pub(crate) fn against<'a>(
+        &self,
+        rows: &'a [Self],
+        accepts: impl Fn(&Self) -> bool,
+    ) -> Option<(&'a Self, LogRatios)> {
         let others = rows.iter().filter(|row| {
             !row.is_kinetree()
                 && !row.times.is_empty()
                 && (self.is_comparable(row) || self.is_substitute(row))
-                && who(row)
+                && accepts(row)
         });
         let best = others.min_by(|a, b| a.seconds().total_cmp(&b.seconds()))?;
         Some((best, LogRatios::of_times(&self.times, &best.times)))
@@ -297,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn ours_is_held_against_the_fastest_other() {
+    fn kinetree_is_compared_with_the_fastest_other_engine() {
         let ours = example("kinetree", Class::Fast, true, &[1.0, 1.0]);
         let rows = [
             ours.clone(),
@@ -306,8 +310,8 @@ mod tests {
             example("kinetree fast", Class::Fast, false, &[0.1, 0.1]),
             example("slow", Class::Fast, true, &[9.0]),
         ];
-        let against = |who: &dyn Fn(&Row) -> bool| {
-            let (best, log_ratios) = ours.against(&rows, who).unwrap();
+        let against = |accepts: &dyn Fn(&Row) -> bool| {
+            let (best, log_ratios) = ours.against(&rows, accepts).unwrap();
             (best.engine.as_str(), log_ratios.ratio().unwrap().mean)
         };
         let (name, ratio) = against(&|_| true);
@@ -317,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn batches_of_shuffled_rays_are_held_against_single_calls_and_others_are_not() {
+    fn only_batches_of_shuffled_rays_are_compared_with_single_calls() {
         for (rays, found) in [(Kind::DiffuseShuffled, true), (Kind::Primary, false)] {
             let ours = example("kinetree", Class::Fast, true, &[1.0]);
             let ours = Row { rays: Some(rays), mode: Some(Mode::Batch), ..ours };

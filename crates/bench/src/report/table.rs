@@ -86,7 +86,7 @@ mod tests {
     use crate::engine::Class;
 
     #[test]
-    fn ours_stands_with_its_ratios_and_the_fastest_stands_first() {
+    fn rows_of_kinetree_show_their_ratios_and_the_fastest_comes_first() {
         let wrong_answers = Some(WrongAnswers { all: 7, elsewhere: 3 });
         let rows = [
             Row { wrong_answers, ..example("embree medium", Class::Fast, false, &[0.5, 0.5]) },
