@@ -1,4 +1,4 @@
-//! What can be said on the command line.
+//! The command line arguments.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -12,8 +12,9 @@ use crate::camera::CameraChoice;
 
 /// Ray tracing for scenes that move.
 ///
-/// Opens a glTF 2.0 scene (.glb, .gltf), or a race that is built in, brings its trees up to date for every frame, and
-/// makes pictures of it or tells what the trees are like. Without a command it makes a picture of the race, race.png.
+/// Opens a glTF 2.0 scene (.glb, .gltf) or the built-in race, updates its acceleration structures
+/// for every frame, and renders it or reports what its trees are like. Without a command, renders
+/// the race to race.png.
 #[derive(Debug, Parser)]
 #[command(name = "kinetree", version, propagate_version = true, after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -30,31 +31,30 @@ Examples:
   kinetree inspect town.glb                             its meshes and trees
   kinetree bake town.glb --out town.trees               its best trees, built once for later use";
 
-/// What every command understands.
+/// Options that every command has.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Options of every command")]
 pub(crate) struct Common {
-    /// Use no more than so many threads; never more than there are cores [default: one for each
-    /// core]
+    /// Use at most N threads, and never more than there are cores [default: one for each core]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) threads: Option<u32>,
     /// Print all figures as one JSON object
     #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// Print nothing but errors, and JSON where it is asked for
+    /// Print nothing but errors, and JSON if it is requested
     #[arg(long, short, global = true, action = ArgAction::SetTrue)]
     pub(crate) quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Make pictures of a scene
+    /// Render a scene
     #[command(after_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
-    /// Tell what a scene consists of, and check every tree
+    /// Report what a scene consists of, and check every tree
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(InspectArgs),
-    /// Build the trees of a scene's static and rigid meshes as well as can be, once, to a file
+    /// Build the trees of a scene's static and rigid meshes at best quality, once, into a file
     #[command(after_help = BAKE_EXAMPLES)]
     Bake(BakeArgs),
 }
@@ -91,43 +91,46 @@ Trees from a file need not be built at every start, and rays take less time thro
 when the scene changes, bake again. Meshes that bend or come and go have no tree in the file. The file appears whole or
 not at all; a pipe or a device, such as /dev/stdout, is written to.";
 
-/// Pictures to make.
+/// Arguments of `kinetree render`.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct RenderArgs {
     /// A glTF 2.0 file (.glb or .gltf) [default: the built-in race]
     pub(crate) scene: Option<PathBuf>,
-    /// Where the picture goes, a .png [default: the scene's name in the current directory]
+    /// The picture to write, a .png [default: the scene's name in the current directory]
     #[arg(long, short, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// The moment to show, in seconds
+    /// The time to show, in seconds
     #[arg(long, value_name = "S", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) time: f64,
-    /// Make a picture of each of the frames A to B - 1; frame N shows the moment N / fps
+    /// Render the frames A to B - 1; frame N shows the time N / fps
     #[arg(long, value_name = "A..B", value_parser = frames, conflicts_with = "time")]
     pub(crate) frames: Option<Range<u32>>,
     /// Frames per second of the scene's time
     #[arg(long, value_name = "N", default_value = "24", value_parser = frames_per_second, requires = "frames")]
     pub(crate) fps: f64,
-    /// Pixels in a row, and rows
+    /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub(crate) size: [u32; 2],
     /// Samples per pixel: four times as many halve the noise
     #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: u32,
-    /// Another seed, other noise
+    /// The seed of the random numbers, which changes the noise
     #[arg(long, value_name = "N", default_value = "0")]
     pub(crate) seed: u64,
-    /// A camera of the scene by name, or a place, a place to look at and the vertical field of view in degrees, 50 unless
-    /// given [default: the first of the scene, or one that sees the middle of it well]
+    /// A camera of the scene by name; or a position, a target and the vertical field of view in
+    /// degrees, 50 by default [default: the first camera of the scene, or one that shows most of
+    /// it]
     #[arg(long, value_name = "NAME|px,py,pz:tx,ty,tz[:fov]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraChoice>,
     /// What the picture shows
     #[arg(long, value_name = "KIND", default_value = "path", value_parser = integrators())]
     pub(crate) integrator: IntegratorKind,
-    /// How bright: each step of one doubles [default: automatic, and the first frame's for all frames]
+    /// Exposure; each step of one doubles the brightness [default: automatic, and the first frame's
+    /// for all frames]
     #[arg(long, value_name = "EV", value_parser = exposure_value, allow_hyphen_values = true)]
     pub(crate) exposure: Option<f32>,
-    /// Play one animation of the file, by its name or its number from 0 [default: the first, and all that move other things]
+    /// Play one animation of the file, by its name or its number from 0 [default: the first, and
+    /// all that move other nodes]
     #[arg(long, value_name = "NAME|N", value_parser = clip, requires = "scene")]
     pub(crate) clip: Option<Clip>,
     /// Take the trees of static and rigid meshes from a file that `kinetree bake` made
@@ -136,7 +139,8 @@ pub(crate) struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// What is made when nothing is asked for: a picture that two cores finish in a minute or two.
+    /// The arguments when the program is called without any: a picture that two cores render in a
+    /// minute or two.
     pub(crate) fn built_in_race() -> Self {
         Self {
             scene: None,
@@ -156,18 +160,19 @@ impl RenderArgs {
     }
 }
 
-/// Which scene to look into.
+/// Arguments of `kinetree inspect`.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct InspectArgs {
     /// A glTF 2.0 file (.glb or .gltf) [default: the built-in race]
     pub(crate) scene: Option<PathBuf>,
-    /// The moment to look at, in seconds
+    /// The time to inspect, in seconds
     #[arg(long, value_name = "S", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) time: f64,
     /// List all meshes, not only the largest
     #[arg(long)]
     pub(crate) all: bool,
-    /// Play one animation of the file, by its name or its number from 0 [default: the first, and all that move other things]
+    /// Play one animation of the file, by its name or its number from 0 [default: the first, and
+    /// all that move other nodes]
     #[arg(long, value_name = "NAME|N", value_parser = clip, requires = "scene")]
     pub(crate) clip: Option<Clip>,
     /// Take the trees of static and rigid meshes from a file that `kinetree bake` made
@@ -175,15 +180,16 @@ pub(crate) struct InspectArgs {
     pub(crate) trees: Option<PathBuf>,
 }
 
-/// Which trees to build beforehand.
+/// Arguments of `kinetree bake`.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct BakeArgs {
     /// A glTF 2.0 file (.glb or .gltf) [default: the built-in race]
     pub(crate) scene: Option<PathBuf>,
-    /// The animation that will be played, by its name or its number from 0 [default: as `kinetree render` has it]
+    /// The animation that will be played, by its name or its number from 0 [default: as in
+    /// `kinetree render`]
     #[arg(long, value_name = "NAME|N", value_parser = clip, requires = "scene")]
     pub(crate) clip: Option<Clip>,
-    /// Where the trees go [default: the scene's name with .trees, in the current directory]
+    /// The file to write [default: the scene's name with .trees, in the current directory]
     #[arg(long, short, value_name = "TREES")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -205,7 +211,7 @@ fn frames_per_second(text: &str) -> Result<f64, String> {
     finite(text).and_then(|fps| if fps > 0.0 { Ok(fps) } else { Err("must be more than 0".into()) })
 }
 
-/// A number is a place in the file; whatever else is a name.
+/// A number is an index into the file's animations; anything else is a name.
 fn clip(text: &str) -> Result<Clip, String> {
     Ok(text.parse().map_or_else(|_| Clip::Name(text.to_owned()), Clip::Index))
 }

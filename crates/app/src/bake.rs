@@ -1,4 +1,4 @@
-//! `kinetree bake`: the trees of what never bends, built once and as well as can be, to a file.
+//! `kinetree bake`: builds the trees of static and rigid meshes once, at best quality, into a file.
 //!
 //! The offline build of Bikker's lecture "Ray Tracing for Games", part 6.
 
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     report(&summary, || summary.to_string(), common, is_output_taken)
 }
 
-/// A tree for each mesh that never bends; one for all that are alike.
+/// Builds one tree for each distinct mesh that does not deform.
 fn bake_all(loaded: &Loaded, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<TreeFigures>), Failure> {
     let mut wanted: Vec<(&Mesh, Motion, Vec<usize>)> = Vec::new();
     let mut place_of: HashMap<u64, usize> = HashMap::new();
@@ -107,10 +107,10 @@ fn bake_one(
     Ok((bytes, figures))
 }
 
-/// How long somebody waits for the next look at a build.
+/// How often the progress of a build is reported.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
 
-/// Builds, while another thread tells how far it is.
+/// Builds a tree, while another thread reports the progress.
 fn build_and_tell(
     triangles: &Triangles,
     options: &BuildOptions,
@@ -121,7 +121,7 @@ fn build_and_tell(
     std::thread::scope(|scope| {
         let looks = &watch;
         scope.spawn(move || {
-            // Until the other side is gone.
+            // The loop ends when the sender is dropped.
             while end.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
                 reach(looks.progress().into());
             }
@@ -133,33 +133,34 @@ fn build_and_tell(
     })
 }
 
-/// What was baked.
+/// The figures that are printed.
 #[derive(Debug, Serialize)]
 struct Summary {
     scene: String,
     file: String,
-    /// Of the file.
+    /// Length of the file.
     bytes: usize,
     quality: &'static str,
     threads: usize,
-    /// In the scene.
+    /// Meshes in the scene.
     meshes: usize,
-    /// Meshes that bend or come and go, whose trees are built where they are used.
+    /// Deforming and dynamic meshes, whose trees are built at run time.
     left_out: usize,
     load_ms: f64,
     bake_ms: f64,
     trees: Vec<TreeFigures>,
 }
 
-/// One tree in the file.
+/// Figures of one tree in the file.
 #[derive(Debug, Serialize)]
 struct TreeFigures {
-    /// Whose it is, numbered as `inspect` numbers them; several that are alike share one.
+    /// The meshes that use it, numbered as `inspect` numbers them; equal meshes share one tree.
     meshes: Vec<usize>,
     motion: &'static str,
     triangles: usize,
     nodes: usize,
-    /// What a ray that hits the root is expected to cost, in visits of nodes and tests of blocks of four triangles.
+    /// The expected cost of a ray that hits the root, in visits of nodes and tests of blocks of
+    /// four triangles.
     cost: f32,
     bytes: usize,
     build_ms: f64,

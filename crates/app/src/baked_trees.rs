@@ -1,4 +1,4 @@
-//! Files of trees that were built before: read, and handed to the meshes of a scene.
+//! Reads files of baked trees, and hands the trees to the meshes of a scene.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,8 @@ use crate::failure::Failure;
 use crate::figures;
 use crate::trees::name_of;
 
-/// Whether `kinetree bake` builds trees for meshes that move in this way: those whose triangles keep
-/// their positions in object space.
+/// Whether `kinetree bake` builds trees for meshes that move in this way: those whose triangles
+/// keep their positions in object space.
 pub(crate) fn is_baked(motion: Motion) -> bool {
     matches!(motion, Motion::Static | Motion::Rigid)
 }
@@ -23,7 +23,8 @@ pub(crate) struct BakedTrees {
 }
 
 impl BakedTrees {
-    /// Reads a file. Every tree in it must be undamaged, also those that no mesh of the scene needs.
+    /// Reads a file. Every tree in it must be undamaged, also those that no mesh of the scene
+    /// needs.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
         let failure = |problem: String| Failure::work(format!("{}: {problem}", path.display()));
         let bytes = fs::read(path).map_err(|error| failure(format!("cannot be read: {error}")))?;

@@ -1,4 +1,5 @@
-//! Who looks: a camera of the scene, one placed by hand, or one that frames the scene by itself.
+//! The camera of a picture: one of the scene, one given by position and target, or one that shows
+//! the whole scene.
 
 use std::str::FromStr;
 
@@ -7,16 +8,16 @@ use kinetree_world::{Camera, CameraSource, Frame, World};
 
 use crate::failure::Failure;
 
-/// A camera as asked for.
+/// A camera as given on the command line.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum CameraChoice {
-    /// The scene's own, by name.
+    /// A camera of the scene, by name.
     Named(String),
-    /// Placed by hand.
+    /// A camera given by position, target and field of view.
     Placed(Camera),
 }
 
-/// Vertical field of view where none is given, degrees.
+/// The vertical field of view when none is given, degrees.
 const ORDINARY_VIEW: f32 = 50.0;
 
 const SHAPE: &str = "a place is written px,py,pz:tx,ty,tz or px,py,pz:tx,ty,tz:degrees, from where to where";
@@ -57,18 +58,18 @@ fn number(text: &str) -> Result<f32, String> {
     text.trim().parse::<f32>().ok().filter(|number| number.is_finite()).ok_or_else(|| SHAPE.into())
 }
 
-/// Who looks, frame after frame.
+/// The camera of a sequence of frames.
 pub(crate) enum Viewer {
-    /// Rides with its node.
+    /// A camera of the scene, which moves with its node.
     Source(CameraSource),
-    /// Stays where it is.
+    /// A camera that does not move.
     Fixed(Camera),
-    /// Is found when the first frame is there, and stays.
+    /// A camera that shows the whole scene of the first frame, and does not move afterwards.
     ToBeFramed,
 }
 
 impl Viewer {
-    /// The camera that was asked for, of those that there are.
+    /// Finds the camera that was requested among those of the scene.
     pub(crate) fn choose(
         choice: Option<&CameraChoice>,
         cameras: &[CameraSource],
@@ -84,7 +85,7 @@ impl Viewer {
         }
     }
 
-    /// Where it stands in the world's latest frame. `aspect` is width over height.
+    /// The camera in the world's latest frame. `aspect` is width over height.
     pub(crate) fn camera(&mut self, world: &World, frame: &Frame, aspect: f32) -> Result<Camera, Failure> {
         match self {
             Self::Source(source) => {
@@ -100,9 +101,9 @@ impl Viewer {
     }
 }
 
-/// Which cameras there are, as a clause.
+/// A clause that lists the cameras.
 fn list(cameras: &[CameraSource]) -> String {
-    /// More than anybody reads.
+    /// The most names that are listed.
     const MOST: usize = 30;
     let named: Vec<String> =
         cameras.iter().filter(|source| !source.name.is_empty()).map(|source| format!("{:?}", source.name)).collect();

@@ -1,4 +1,4 @@
-//! Where bytes go: a file that appears whole, or a pipe or a device that is written to.
+//! Where bytes are written: to a file, which appears whole or not at all, or to a pipe or a device.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -8,26 +8,26 @@ use crate::draft::{Draft, remove_leftovers};
 use crate::failure::Failure;
 use crate::file_id::FileId;
 
-/// A place that can be written to.
+/// A path that can be written to.
 #[derive(Debug)]
 pub(crate) struct Destination {
-    /// As it was asked for.
+    /// The path as given.
     name: PathBuf,
     kind: Kind,
 }
 
 #[derive(Debug)]
 enum Kind {
-    /// A file, or none yet, with all links followed: it is written beside its place and then
-    /// renamed.
+    /// A file that may not exist yet, with all links resolved: the bytes are written beside it,
+    /// then renamed.
     File(PathBuf),
-    /// A pipe or a device, opened, or a file that has no name of its own.
+    /// An opened pipe or device, or an open file that no longer has a name.
     Opened(File),
-    /// This program's own standard output or error, under whatever name.
+    /// This program's own standard output or error, under any name.
     Stream(Stream),
 }
 
-/// What this program speaks to.
+/// The standard streams of this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
     Output,
@@ -35,19 +35,19 @@ pub(crate) enum Stream {
 }
 
 impl Destination {
-    /// Finds out whether bytes can go to a place, and opens a pipe, which waits for somebody to
-    /// read from it. Nothing is there afterwards that was not before.
+    /// Checks whether bytes can be written to a path. A pipe is opened, which blocks until a reader
+    /// opens it. No file or folder is created.
     pub(crate) fn find(name: &Path) -> Result<Self, Failure> {
         let kind = Kind::find(name).map_err(|error| cannot_be_written(name, &error))?;
         Ok(Self { name: name.to_owned(), kind })
     }
 
-    /// Whether it is standard output, so that nothing else should be said there.
+    /// Whether this is standard output, so that nothing else must be printed there.
     pub(crate) fn is_standard_output(&self) -> bool {
         matches!(self.kind, Kind::Stream(Stream::Output))
     }
 
-    /// Writes all there is to write. A file appears whole or not at all, and its folders are made.
+    /// Writes all bytes. A file appears whole or not at all; missing folders are created.
     pub(crate) fn write(self, bytes: &[u8]) -> Result<(), Failure> {
         let written = match self.kind {
             Kind::File(path) => write_whole(&path, bytes),
@@ -76,15 +76,15 @@ impl Kind {
             return File::options().write(true).open(name).map(Self::Opened);
         }
         let path = followed(name)?;
-        // Links below `/proc` name an open file that may be somewhere else by now, or nowhere.
+        // Links in `/proc` name an open file that may have moved or been removed.
         if FileId::of_path(&path).ok() != FileId::of_path(name).ok() {
             return File::options().write(true).truncate(true).open(name).map(Self::Opened);
         }
         Self::file(path)
     }
 
-    /// Tries whether there can be a file in the folder, or in the one in which the folder would be
-    /// made.
+    /// Checks whether a file can be created in the folder, or, if that is missing, in its nearest
+    /// existing ancestor.
     fn file(path: PathBuf) -> io::Result<Self> {
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -99,15 +99,15 @@ impl Kind {
     }
 }
 
-/// Whether a place is no file, so that its name says nothing about what is in it: a pipe, a device,
-/// or one of this program's own streams.
+/// Whether a path is a pipe, a device, or one of this program's own streams, so that its extension
+/// says nothing about the content.
 pub(crate) fn is_stream(name: &Path) -> bool {
     fs::metadata(name)
         .is_ok_and(|metadata| !metadata.is_dir() && (!metadata.is_file() || own_stream(name, &metadata).is_some()))
 }
 
-/// Which of this program's own streams a path leads to. A device is no stream's own: it can be
-/// opened twice.
+/// Which of this program's own streams a path leads to. Devices are excluded: they can be opened
+/// again.
 fn own_stream(name: &Path, metadata: &fs::Metadata) -> Option<Stream> {
     if is_device(metadata) {
         return None;
@@ -134,9 +134,9 @@ fn is_device(metadata: &fs::Metadata) -> bool {
     !metadata.is_file()
 }
 
-/// The path behind symbolic links, whether or not there is anything.
+/// The path behind symbolic links, whether or not it exists.
 fn followed(path: &Path) -> io::Result<PathBuf> {
-    /// As many as Linux follows.
+    /// The limit of Linux.
     const LINKS: usize = 40;
     let mut path = path.to_owned();
     for _ in 0..LINKS {
@@ -173,17 +173,17 @@ fn cannot_be_written(path: &Path, error: &io::Error) -> Failure {
     Failure::work(format!("{}: cannot be written: {error}", path.display()))
 }
 
-/// Files that a command reads, and must not write over.
+/// Files that a command reads, and must not overwrite.
 #[derive(Debug, Default)]
 pub(crate) struct Inputs(Vec<(PathBuf, FileId)>);
 
 impl Inputs {
-    /// Those of the paths that lead to something.
+    /// Those of the paths that exist.
     pub(crate) fn of<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Self {
         Self(paths.into_iter().filter_map(|path| Some((path.to_owned(), FileId::of_path(path).ok()?))).collect())
     }
 
-    /// Refuses a place that is one of these files, under whatever name.
+    /// Fails if a path is one of these files, under any name.
     pub(crate) fn spare(&self, out: &Path) -> Result<(), Failure> {
         let Ok(id) = FileId::of_path(out) else { return Ok(()) };
         match self.0.iter().find(|(_, input)| *input == id) {

@@ -1,8 +1,8 @@
-//! Files that are not finished, and what is left of them when a program was killed.
+//! Unfinished files, and what killed programs leave of them.
 //!
-//! A draft is locked as long as its program lives: the system lets go of the lock when the program
-//! ends, however it ends. So a draft that can be locked by another program is a leftover, and no
-//! two programs in one folder take each other's away.
+//! An unfinished file is locked while its program runs; the system releases the lock when the
+//! program ends, however it ends. So an unfinished file that another program can lock is a
+//! leftover, and two programs in one folder never remove each other's files.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::file_id::FileId;
 
-/// A file that is not finished, and is gone when it never will be.
+/// An unfinished file, removed when dropped unless it was renamed.
 #[derive(Debug)]
 pub(crate) struct Draft {
     file: File,
@@ -18,27 +18,27 @@ pub(crate) struct Draft {
     is_finished: bool,
 }
 
-/// How many names are tried before giving up.
+/// How many names are tried.
 const ATTEMPTS: u32 = 100;
 
 impl Draft {
-    /// An empty one in a folder, locked.
+    /// Creates an empty one in a folder, and locks it.
     pub(crate) fn in_folder(folder: &Path) -> io::Result<Self> {
         for attempt in 0..ATTEMPTS {
             let path = folder.join(format!(".kinetree-{}-{attempt}.part", std::process::id()));
             let file = match File::options().write(true).create_new(true).open(&path) {
                 Ok(file) => file,
-                // Of another thread, or of a program with the same number that was killed.
+                // Another thread's, or that of a killed program with the same process id.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
                 Err(error) => return Err(error),
             };
             let is_locked = match file.try_lock() {
                 Ok(()) => true,
-                // A file system without locks: then no other program can lock it either.
+                // On a file system without locks no other program can lock it either.
                 Err(TryLockError::Error(_)) => true,
                 Err(TryLockError::WouldBlock) => false,
             };
-            // Another program may have taken it for a leftover before it was locked.
+            // Another program may have removed it as a leftover before it was locked.
             if is_locked && FileId::of_path(&path).ok() == FileId::of_open(&file, &path).ok() {
                 return Ok(Self { file, path, is_finished: false });
             }
@@ -46,13 +46,13 @@ impl Draft {
         Err(io::Error::other("its folder is full of unfinished files"))
     }
 
-    /// Fills it.
+    /// Writes all bytes.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.file.write_all(bytes)?;
         self.file.flush()
     }
 
-    /// Takes the place of a file, and its permissions, or becomes a new one.
+    /// Renames it to `path`. If a file is there, it is replaced, and its permissions are kept.
     pub(crate) fn become_file(mut self, path: &Path) -> io::Result<()> {
         if let Ok(replaced) = fs::metadata(path) {
             self.file.set_permissions(replaced.permissions())?;
@@ -66,14 +66,14 @@ impl Draft {
 impl Drop for Draft {
     fn drop(&mut self) {
         if !self.is_finished {
-            // If it cannot be removed, the failure that led here is the one to be told.
+            // If it cannot be removed, the earlier failure is the one to report.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// Removes the drafts in a folder whose programs are gone. One that cannot be removed stays: it is
-/// in nobody's way.
+/// Removes the unfinished files of ended programs from a folder. One that cannot be removed stays;
+/// it does no harm.
 pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -85,14 +85,14 @@ pub(crate) fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// The number of the program that a draft of this name belongs to.
+/// The process id in the name of an unfinished file.
 fn process_of(name: &str) -> Option<u32> {
     let (process, attempt) = name.strip_prefix(".kinetree-")?.strip_suffix(".part")?.split_once('-')?;
     attempt.parse::<u32>().ok().and(process.parse().ok())
 }
 
-/// Whether a program of this number is known to run on this system. Of another machine's programs
-/// only the lock tells.
+/// Whether a process with this id runs on this system. For programs on other machines, only the
+/// lock tells.
 fn is_running(process: u32) -> bool {
     process == std::process::id() || Path::new(&format!("/proc/{process}")).exists()
 }
@@ -100,7 +100,7 @@ fn is_running(process: u32) -> bool {
 fn remove_unlocked(path: &Path) -> io::Result<()> {
     let file = File::options().write(true).open(path)?;
     if file.try_lock().is_ok() && FileId::of_path(path)? == FileId::of_open(&file, path)? {
-        // Nobody else touches it: its maker, if there still is one, has not got the lock.
+        // No other program uses it: its creator, if it still runs, does not hold the lock.
         fs::remove_file(path)?;
     }
     Ok(())
@@ -110,7 +110,7 @@ fn remove_unlocked(path: &Path) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    /// No process has a number as large as this: on Linux, 4,194,304 is the limit.
+    /// Not a valid process id: on Linux the limit is 4,194,304.
     const GONE: u32 = 999_999_999;
 
     #[test]

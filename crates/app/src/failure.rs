@@ -1,14 +1,14 @@
-//! How a command ends when it does not succeed: one line, and an exit code.
+//! How a command fails: with one line, and an exit code.
 
 use std::fmt;
 use std::process::ExitCode;
 
-/// Why a command did not succeed.
+/// Why a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// It was asked for something that cannot be: exit code 2, as for everything that `clap` refuses.
+    /// The arguments are wrong: exit code 2, as for everything that `clap` refuses.
     Arguments(String),
-    /// Something in the way: exit code 1. Names the file.
+    /// The work failed: exit code 1. The message names the file.
     Work(String),
 }
 
@@ -29,7 +29,7 @@ impl Failure {
     }
 }
 
-/// One line, whatever the names in it hold.
+/// One line, even if a name contains line breaks.
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Arguments(message) | Self::Work(message)) = self;

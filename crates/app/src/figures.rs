@@ -1,13 +1,13 @@
-//! Figures as people read them.
+//! Numbers formatted for readers.
 
 use std::time::Duration;
 
-/// Milliseconds.
+/// A duration in milliseconds.
 pub(crate) fn millis(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// A count with its thousands apart: `1,157,529`.
+/// A count with separated thousands: `1,157,529`.
 pub(crate) fn count(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -20,7 +20,7 @@ pub(crate) fn count(number: u64) -> String {
     text
 }
 
-/// Bytes, in a unit that suits them.
+/// Bytes with a suitable unit.
 pub(crate) fn bytes(number: u64) -> String {
     match number {
         0..10_000 => format!("{number} B"),
@@ -29,7 +29,7 @@ pub(crate) fn bytes(number: u64) -> String {
     }
 }
 
-/// A count and what is counted, in the singular where that is right.
+/// A count with a noun in the singular or plural.
 pub(crate) fn of(number: u64, one: &str, many: &str) -> String {
     format!("{} {}", count(number), if number == 1 { one } else { many })
 }

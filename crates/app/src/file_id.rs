@@ -1,11 +1,10 @@
-//! Whether two paths or open files are the same file, whatever their names.
+//! Identifies files, so that two paths or open files can be recognised as the same file.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// What the system knows a file by: its device and its number there; elsewhere than on Unix its
-/// canonical path.
+/// The identity of a file: its device and inode; on systems other than Unix its canonical path.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct FileId(Id);
 
@@ -15,7 +14,7 @@ type Id = (u64, u64);
 type Id = std::path::PathBuf;
 
 impl FileId {
-    /// Of the file that a path leads to; symbolic links are followed.
+    /// The file that a path leads to; symbolic links are followed.
     #[cfg(unix)]
     pub(crate) fn of_path(path: &Path) -> io::Result<Self> {
         fs::metadata(path).map(|metadata| Self::of_metadata(&metadata))
@@ -26,7 +25,7 @@ impl FileId {
         fs::canonicalize(path).map(Self)
     }
 
-    /// Of a file that was opened under this path, which may lead to another one by now.
+    /// An open file. `path` is where it was opened, which may lead to another file by now.
     #[cfg(unix)]
     pub(crate) fn of_open(file: &File, _path: &Path) -> io::Result<Self> {
         file.metadata().map(|metadata| Self::of_metadata(&metadata))
@@ -43,7 +42,7 @@ impl FileId {
         Self((metadata.dev(), metadata.ino()))
     }
 
-    /// Of one of the two streams that this program writes to, where the system tells.
+    /// One of this program's standard streams, if the system tells.
     #[cfg(unix)]
     pub(crate) fn of_stream(stream: &impl std::os::fd::AsFd) -> Option<Self> {
         let file = File::from(stream.as_fd().try_clone_to_owned().ok()?);

@@ -1,9 +1,10 @@
-//! `kinetree`, the command line: pictures of moving scenes, and what their trees look like.
+//! `kinetree`, the command line: renders moving scenes, and reports what their trees are like.
 //!
-//! `args` is what one can say, `scene` opens what is spoken of, `render`, `inspect` and `bake` do the work. For them, `camera` finds
-//! who looks, `names`, `destination`, `draft` and `file_id` put files in their places, `output`
-//! speaks, `baked_trees` reads trees from files, `progress` keeps people patient, and `summary`,
-//! `trees` and `figures` tell what came of it. `failure` is how all of it ends when it ends badly.
+//! `args` declares the arguments, `scene` loads scenes, `render`, `inspect` and `bake` are the
+//! commands. They use `camera` for the camera of a picture, `names`, `destination`, `draft` and
+//! `file_id` for the files that they write, `output` for the standard streams, `baked_trees` for
+//! files of trees, `progress` for the progress bar, and `summary`, `trees`, `figures`, `table` and
+//! `memory` for what they report. `failure` is how a command fails.
 
 mod args;
 mod bake;
@@ -44,7 +45,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Makes the pool of the process: more threads than cores would only take turns.
+/// Configures the global thread pool. More threads than cores would only compete.
 fn use_threads(asked_for: u32, quiet: bool) -> Result<(), Failure> {
     let asked_for = usize::try_from(asked_for).unwrap_or(usize::MAX);
     let cores = std::thread::available_parallelism().map_or(1, Into::into);

@@ -1,6 +1,6 @@
-//! How much memory the process has used.
+//! The memory of the process.
 
-/// The most bytes that the process has ever had in memory, where the system tells (Linux, `proc(5)`: `VmHWM`).
+/// The peak of the resident memory in bytes, if the system tells (Linux, `proc(5)`: `VmHWM`).
 pub(crate) fn process_peak() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,21 +1,22 @@
-//! Names of the files that pictures go to: one, or one for each frame.
+//! The names of the picture files: one, or one for each frame.
 
 use std::path::{Path, PathBuf};
 
 use crate::destination::is_stream;
 use crate::failure::Failure;
 
-/// A file name, perhaps with a place for the number of the frame.
+/// A file name, which may contain the number of the frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum FileNames {
-    /// Always the same.
+    /// One name for all frames.
     One(PathBuf),
-    /// `before`, the number with at least so many digits, `after`.
+    /// `before`, the number of the frame with at least `digits` digits, `after`.
     Numbered { before: String, digits: usize, after: String },
 }
 
 impl FileNames {
-    /// What `out` says, or a name in the current directory after the scene's. `sequence` when there are several frames.
+    /// The name given by `out`, or else one made from the scene's name, in the current directory.
+    /// `sequence` is true if there are several frames.
     pub(crate) fn new(out: Option<&Path>, scene: &str, sequence: bool) -> Result<Self, Failure> {
         let Some(out) = out else {
             return Ok(if sequence {
@@ -36,7 +37,8 @@ impl FileNames {
     }
 
     fn parse(out: &Path) -> Result<Self, &'static str> {
-        // A name that is no text holds no number; a per cent sign that begins no number means itself.
+        // A name that is not Unicode contains no number; a per cent sign without a number stands
+        // for itself.
         let Some(text) = out.to_str() else { return Ok(Self::One(out.into())) };
         let mut numbers = text.match_indices('%').filter_map(|(start, _)| {
             let digits = text[start + 1..].find('d').map(|length| &text[start + 1..start + 1 + length])?;
@@ -64,7 +66,7 @@ impl FileNames {
     }
 }
 
-/// A file says by its name what it holds; a pipe or a device takes what it gets.
+/// Files must be named .png; pipes and devices may have any name.
 fn check_extension(out: &Path) -> Result<(), Failure> {
     if is_stream(out) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! What the program says on its two streams, and pictures as bytes.
+//! Standard output, standard error, and PNG encoding.
 
 use std::io::{self, Write};
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::args::Common;
 use crate::failure::Failure;
 
-/// Text on standard output. Who has closed it wants no more, which is no failure.
+/// Prints a line on standard output. If the reader has closed it, that is not a failure.
 pub(crate) fn say(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.write_all(b"\n")).and_then(|()| stdout.flush()) {
@@ -20,8 +20,8 @@ pub(crate) fn say(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// What a command has found: as JSON where that is asked for, else in words, unless it is to be
-/// quiet. On standard output, unless a picture or trees went there.
+/// Prints the result of a command: as JSON if requested, else as text, unless it is to be quiet. It
+/// goes to standard output, unless a picture or trees were written there.
 pub(crate) fn report(
     figures: &impl Serialize,
     words: impl FnOnce() -> String,
@@ -43,12 +43,12 @@ pub(crate) fn report(
     say(&text)
 }
 
-/// A line on standard error. When even that is closed there is nobody left to tell.
+/// Prints a line on standard error. Failures are ignored: there is nowhere to report them.
 pub(crate) fn remark(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// A PNG file of eight-bit sRGB, three bytes per pixel, row by row from the top.
+/// Encodes eight-bit sRGB, three bytes per pixel, row by row from the top, as PNG.
 pub(crate) fn png(srgb: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u8>, image::ImageError> {
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes).write_image(srgb, width, height, ExtendedColorType::Rgb8)?;

@@ -1,4 +1,5 @@
-//! How far the work is: a bar with the time left on a terminal, a line now and then in a log, nothing when asked to be quiet.
+//! Shows progress: as a bar on a terminal, as an occasional line in a log, or not at all if the
+//! program is to be quiet.
 
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -9,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::output;
 
-/// Shows on standard error how many tiles of all pictures are done. Threads may tell it so at the same time.
+/// Shows on standard error how much of the work is done. Threads may report at the same time.
 pub(crate) struct Progress {
     pictures: u64,
     done: AtomicU64,
@@ -22,14 +23,14 @@ enum Display {
     Lines { start: Instant, latest: Mutex<Instant> },
 }
 
-/// How fine a bar is that is told shares.
+/// The length of a bar that shows a fraction.
 const STEPS: u64 = 10_000;
 
-/// How long a log waits for the next line.
+/// The time between two lines in a log.
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
 impl Progress {
-    /// For so many pictures of the same size.
+    /// Progress of rendering `pictures` pictures of the same size.
     pub(crate) fn new(pictures: u64, quiet: bool) -> Self {
         let display = if quiet {
             Display::None
@@ -42,7 +43,7 @@ impl Progress {
         Self { pictures, done: AtomicU64::new(0), display }
     }
 
-    /// One more tile is done, of so many that a picture has.
+    /// Reports that one more tile is done; `of` is the number of tiles of a picture.
     pub(crate) fn tile(&self, of: u64) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let total = of.saturating_mul(self.pictures);
@@ -58,7 +59,7 @@ impl Progress {
         }
     }
 
-    /// So much of all is done, from 0 to 1.
+    /// Reports the fraction of the work that is done, from 0 to 1.
     pub(crate) fn reach(&self, share: f64) {
         match &self.display {
             Display::None => {}
@@ -70,7 +71,7 @@ impl Progress {
         }
     }
 
-    /// All is done, or will never be.
+    /// Removes the bar.
     pub(crate) fn finish(&self) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
@@ -78,9 +79,9 @@ impl Progress {
     }
 }
 
-/// A line, unless there was one a moment ago.
+/// Prints a line, unless one was printed within `LOG_INTERVAL`.
 fn write_line(start: Instant, latest: &Mutex<Instant>, share: f64) {
-    // Whoever is writing a line already will do.
+    // If another thread is printing, this line is not needed.
     let Ok(mut latest) = latest.try_lock() else { return };
     if latest.elapsed() >= BETWEEN_LINES {
         *latest = Instant::now();

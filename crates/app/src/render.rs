@@ -1,4 +1,4 @@
-//! `kinetree render`: moments of a scene, to files.
+//! `kinetree render`: renders frames of a scene to files.
 
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use crate::scene::{self, Opened};
 use crate::summary::{self, CameraFigures, FrameFigures, MemoryFigures, SceneFigures, Summary, Total};
 use crate::trees::CommitFigures;
 
-/// Makes the pictures and prints what they took.
+/// Renders the frames and prints a summary.
 pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let numbers = args.frames.clone().unwrap_or(0..1);
     let names = FileNames::new(args.out.as_deref(), &scene::stem(args.scene.as_deref()), numbers.len() > 1)?;
@@ -44,13 +44,14 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     report(&summary, || summary.to_string(), common, is_output_taken)
 }
 
-/// All that the frames of a rendering share.
+/// What the frames of a rendering share.
 struct Work<'a> {
     args: &'a RenderArgs,
     opened: Opened,
     viewer: Viewer,
     names: FileNames,
-    /// What films are multiplied by: as asked for, or what suited the first frame, so that a sequence does not flicker.
+    /// The factor of exposure: as requested, or that of the first frame, so that a sequence does
+    /// not flicker.
     exposure: Option<f32>,
     progress: &'a Progress,
 }
@@ -65,7 +66,7 @@ impl Work<'_> {
                 Some(first) => first,
                 None => Destination::find(&self.names.of(number))?,
             };
-            // The frame before is let go of, so that its buffers serve the next.
+            // Drops the previous frame, so that its buffers can be reused.
             drop(last.take());
             let (frame, figures) = self.one(number, destination)?;
             frames.push(figures);
@@ -129,7 +130,7 @@ impl Work<'_> {
 
     fn trace(&self, frame: &Frame, camera: &Camera) -> Result<Rendered, Failure> {
         let [width, height] = self.args.size;
-        // The pool of the process is as large as was asked for.
+        // No limit: the global pool has the number of threads that was requested.
         let settings = Settings {
             width,
             height,
@@ -146,14 +147,14 @@ impl Work<'_> {
         render(frame, camera, &settings, &tell).map_err(|error| Failure::work(format!("{}: {error}", self.opened.name)))
     }
 
-    /// What a film is multiplied by, if its colours are not meant to be seen as they are.
+    /// The factor of exposure; `None` if the integrator gives display-ready colours.
     fn exposure(&mut self, rendered: &Rendered, frame: &Frame, camera: &Camera) -> Option<f32> {
         let metered = || metered_exposure(frame, camera, &rendered.film);
         (!rendered.is_display_ready).then(|| *self.exposure.get_or_insert_with(metered))
     }
 }
 
-/// Brings a film to a file.
+/// Encodes a film and writes it.
 fn write_picture(rendered: &Rendered, exposure: Option<f32>, file: &Path, to: Destination) -> Result<(), Failure> {
     let film = &rendered.film;
     let srgb = exposure.map_or_else(|| encode_srgb(film), |exposure| tone_map(film, exposure));

@@ -1,4 +1,4 @@
-//! Opens what is spoken of: a file, or the race that is built in.
+//! Loads scenes: glTF files, or the built-in race.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -11,50 +11,51 @@ use kinetree_world::{Frame, World};
 use crate::baked_trees::BakedTrees;
 use crate::failure::Failure;
 
-/// A scene that is ready for any moment.
+/// A scene with all trees built.
 pub(crate) struct Opened {
-    /// What to call it in messages: the path as given, or "the built-in race".
+    /// The name in messages: the path as given, or "the built-in race".
     pub(crate) name: String,
     pub(crate) world: World,
     /// What was ignored or repaired, one line each.
     pub(crate) notes: Vec<String>,
     /// The animations of the file.
     pub(crate) clips: Vec<ClipInfo>,
-    /// What was read besides the file: its buffers and images.
+    /// Other files that were read: buffers and images.
     pub(crate) files: Vec<PathBuf>,
-    /// Reading and making the world, and taking in trees from a file, before any tree is built.
+    /// The time to read and convert the scene and to read trees from a file, before any tree is
+    /// built.
     pub(crate) load_time: Duration,
-    /// The commit that built all trees, at time 0.
+    /// The report of the commit that built all trees, at time 0.
     pub(crate) first_commit: FrameReport,
-    /// The scene brought no light and was given daylight.
+    /// Whether the scene has no light, so that daylight was added.
     pub(crate) has_default_lighting: bool,
 }
 
 /// A scene without trees.
 pub(crate) struct Loaded {
-    /// As [`Opened::name`].
+    /// The name in messages: the path as given, or "the built-in race".
     pub(crate) name: String,
     pub(crate) world: World,
     /// What was ignored or repaired, one line each.
     pub(crate) notes: Vec<String>,
     /// The animations of the file.
     pub(crate) clips: Vec<ClipInfo>,
-    /// What was read besides the file: its buffers and images.
+    /// Other files that were read: buffers and images.
     pub(crate) files: Vec<PathBuf>,
-    /// Reading and making the world.
+    /// The time to read and convert the scene.
     pub(crate) load_time: Duration,
 }
 
-/// The race has the same trees and spectators always; the seed of a picture only changes its noise.
+/// The seed of the race's trees and spectators; `--seed` changes only the noise of a picture.
 const RACE_SEED: u64 = 1;
 
-/// What to call files after a scene.
+/// The stem of file names that are made from a scene's name.
 pub(crate) fn stem(path: Option<&Path>) -> String {
     let Some(path) = path else { return "race".into() };
     path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Loads a file, and one of its animations if one is named, or makes the race.
+/// Loads a file with one of its animations, or builds the race.
 pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, Failure> {
     let name = path.map_or_else(|| "the built-in race".to_owned(), |path| path.display().to_string());
     let start = Instant::now();
@@ -70,9 +71,9 @@ pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, F
     Ok(Loaded { name, world, notes, clips, files, load_time: start.elapsed() })
 }
 
-/// Loads a file, or makes the race, and takes its trees from another file, or builds them.
+/// Loads a scene, takes its trees from a file if one is given, and builds the others.
 pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path>) -> Result<Opened, Failure> {
-    // What is wrong with the smaller file is said before the larger one is read.
+    // Trees are read first, so that an error in the smaller file is reported early.
     let trees = trees.map(BakedTrees::open).transpose()?;
     let Loaded { name, mut world, notes, clips, files, mut load_time } = load(path, clip)?;
     if let Some(trees) = trees {

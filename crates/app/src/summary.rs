@@ -1,5 +1,5 @@
-//! What a rendering was and what it took: the figures that the display of Bikker's lecture "Ray Tracing for Games" shows,
-//! for files and not for a window.
+//! The summary of a rendering: the figures that the overlay of Bikker's lecture "Ray Tracing for
+//! Games" shows.
 
 use std::fmt;
 
@@ -22,90 +22,90 @@ pub(crate) struct Summary {
     pub(crate) integrator: &'static str,
     pub(crate) threads: usize,
     pub(crate) load_ms: f64,
-    /// All trees are built here.
+    /// The commit that built all trees.
     pub(crate) first_commit: CommitFigures,
     pub(crate) total: Total,
     pub(crate) memory: MemoryFigures,
     pub(crate) frames: Vec<FrameFigures>,
-    /// Of the last frame.
+    /// The report of the last frame.
     #[serde(skip)]
     pub(crate) report: FrameReport,
 }
 
-/// What is seen.
+/// Figures of the scene.
 #[derive(Debug, Serialize)]
 pub(crate) struct SceneFigures {
     pub(crate) name: String,
-    /// Seconds after which the animation begins again; 0 when nothing moves.
+    /// The period of the animation in seconds; 0 if nothing moves.
     pub(crate) duration_s: f64,
     pub(crate) meshes: usize,
-    /// Each mesh counted once.
+    /// Triangles of all meshes.
     pub(crate) triangles: u64,
     pub(crate) instances: usize,
-    /// Each instance counted.
+    /// Triangles of all instances.
     pub(crate) instanced_triangles: u64,
     pub(crate) has_default_lighting: bool,
     pub(crate) notes: Vec<String>,
 }
 
-/// How much memory is held, in bytes.
+/// Memory in bytes.
 #[derive(Debug, Serialize)]
 pub(crate) struct MemoryFigures {
-    /// Trees and posed geometry, all buffers counted.
+    /// Trees and posed geometry, with all buffers.
     pub(crate) scene: u64,
     pub(crate) textures: u64,
-    /// The most that the whole process ever had, where the system tells.
+    /// The peak of the whole process, if the system tells.
     pub(crate) process_peak: Option<u64>,
 }
 
-/// All frames together.
+/// Totals and means over all frames.
 #[derive(Debug, Serialize)]
 pub(crate) struct Total {
     pub(crate) frames: usize,
-    /// Tracing, on average over the frames.
+    /// Mean time of tracing.
     pub(crate) kernel_ms: f64,
-    /// From the edits to the file, on average over the frames.
+    /// Mean time from the edits to the written file.
     pub(crate) frame_ms: f64,
     pub(crate) fps: f64,
     pub(crate) rays: u64,
     pub(crate) mrays_per_s: f64,
 }
 
-/// One frame.
+/// Figures of one frame.
 #[derive(Debug, Serialize)]
 pub(crate) struct FrameFigures {
     pub(crate) number: u32,
     pub(crate) time_s: f64,
     pub(crate) file: String,
     pub(crate) camera: CameraFigures,
-    /// Steps of one double the brightness; none for pictures that are shown as they are.
+    /// Each step of one doubles the brightness; `None` for display-ready pictures.
     pub(crate) exposure_ev: Option<f32>,
     /// Edits and commit.
     pub(crate) update_ms: f64,
-    /// Gathering lights.
+    /// Collecting lights.
     pub(crate) prepare_ms: f64,
     /// Tracing.
     pub(crate) kernel_ms: f64,
-    /// Tone mapping, encoding, writing.
+    /// Tone mapping, encoding and writing.
     pub(crate) output_ms: f64,
-    /// All of it.
+    /// The whole frame.
     pub(crate) frame_ms: f64,
     pub(crate) fps: f64,
     pub(crate) rays: u64,
     pub(crate) mrays_per_s: f64,
-    /// Samples that were no numbers; anything but 0 is a bug.
+    /// Samples that were not finite; anything but 0 is a bug.
     pub(crate) lost_samples: u64,
     pub(crate) commit: CommitFigures,
 }
 
-/// Who looked.
+/// The camera of a frame.
 #[derive(Debug, Serialize)]
 pub(crate) struct CameraFigures {
     /// Metres, world space.
     pub(crate) position: [f32; 3],
     /// Unit length, world space.
     pub(crate) direction: [f32; 3],
-    /// Vertical field of view.
+    /// Vertical field of view, degrees.
     pub(crate) fov_degrees: f32,
 }
 
@@ -122,7 +122,7 @@ impl CameraFigures {
 }
 
 impl SceneFigures {
-    /// Of a scene in one frame.
+    /// Figures of the scene in one frame.
     pub(crate) fn of(name: &str, duration_s: f64, frame: &Frame, has_default_lighting: bool, notes: &[String]) -> Self {
         let report = frame.view.report();
         Self {
@@ -159,12 +159,12 @@ impl Total {
     }
 }
 
-/// How many go into a second, when one takes so many milliseconds.
+/// The rate of something that takes `ms` milliseconds.
 pub(crate) fn per_second(ms: f64) -> f64 {
     if ms > 0.0 { 1e3 / ms } else { 0.0 }
 }
 
-/// Millions of rays in a second, when so many take so many milliseconds.
+/// Million rays per second.
 pub(crate) fn mrays_per_s(rays: u64, ms: f64) -> f64 {
     rays as f64 * 1e-6 * per_second(ms)
 }

@@ -1,6 +1,6 @@
-//! Columns of text: the first to the left, all others to the right.
+//! Text tables: the first column is aligned to the left, the others to the right.
 
-/// Rows of cells, lined up.
+/// Rows of cells.
 pub(crate) struct Table {
     rows: Vec<Vec<String>>,
 }
@@ -14,7 +14,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// Lines that begin with two spaces and end without any.
+    /// The aligned lines, indented by two spaces, without trailing spaces.
     pub(crate) fn lines(&self) -> Vec<String> {
         let mut widths = Vec::new();
         for row in &self.rows {

@@ -1,4 +1,4 @@
-//! What there is to say about trees, and about commits that keep them.
+//! Figures of trees and of commits.
 
 use kinetree::tree::Violation;
 use kinetree::wide::WideBvh;
@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::figures::millis;
 
-/// How meshes move, and what that is called.
+/// All motions with their names.
 pub(crate) const MOTIONS: [(Motion, &str); 4] = [
     (Motion::Static, "static"),
     (Motion::Rigid, "rigid"),
@@ -15,20 +15,21 @@ pub(crate) const MOTIONS: [(Motion, &str); 4] = [
     (Motion::Dynamic, "dynamic"),
 ];
 
-/// What it is called.
+/// The name of a motion.
 pub(crate) fn name_of(motion: Motion) -> &'static str {
     MOTIONS.iter().find(|(other, _)| *other == motion).map_or("", |&(_, name)| name)
 }
 
-/// One tree.
+/// Figures of one tree.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct TreeFigures {
     pub(crate) nodes: usize,
     pub(crate) bytes: usize,
     pub(crate) depth: usize,
-    /// What a ray that hits the root is expected to cost, in visits of nodes and tests of leaf units (blocks of four triangles, or instances).
+    /// The expected cost of a ray that hits the root, in visits of nodes and tests of leaf items
+    /// (blocks of four triangles, or instances).
     pub(crate) cost: f32,
-    /// Summed area of what siblings' boxes have in common, over the root's.
+    /// Summed area of the intersections of sibling boxes, over the root's.
     pub(crate) overlap: f32,
     pub(crate) valid: bool,
     /// The first promise that is broken, and where.
@@ -58,7 +59,7 @@ impl TreeFigures {
     }
 }
 
-/// What a commit did. Times are missing where there is no clock.
+/// Figures of one commit. Times are missing where there is no clock.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct CommitFigures {
     pub(crate) number: u64,
@@ -66,7 +67,7 @@ pub(crate) struct CommitFigures {
     pub(crate) mesh_ms: Option<f64>,
     pub(crate) top_level_ms: Option<f64>,
     pub(crate) built: usize,
-    /// Taken from a file of trees.
+    /// Trees that were taken from a file.
     pub(crate) loaded: usize,
     pub(crate) rebuilt: usize,
     pub(crate) refitted: usize,

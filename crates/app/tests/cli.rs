@@ -1,4 +1,4 @@
-//! The program as its users meet it: files, figures, exit codes.
+//! The program as its users see it: files, figures, exit codes.
 
 mod common;
 
@@ -236,7 +236,7 @@ fn check_inspection(json: &Value) {
     assert_eq!(meshes.len() as u64, json["scene"]["meshes"].as_u64().unwrap());
     for mesh in meshes {
         assert_eq!(mesh["seen"]["tree"]["valid"], true, "{mesh:#}");
-        // One without triangles has no nodes, and no other has none, shown or not.
+        // Exactly the meshes without triangles have no nodes, whether or not they have instances.
         let [triangles, nodes] =
             [&mesh["triangles"], &mesh["seen"]["tree"]["nodes"]].map(|count| count.as_u64().unwrap());
         assert_eq!(triangles > 0, nodes > 0, "{mesh:#}");
@@ -288,7 +288,7 @@ fn every_shared_scene_has_valid_trees() {
     }
 }
 
-/// A triangle that goes aside in an animation "go" of 1 s, and up in another, "rise", of 2 s.
+/// A triangle with two animations: "go" of 1 s moves it aside, "rise" of 2 s moves it up.
 fn two_clips(file: &std::path::Path) {
     let floats: Vec<f32> = [vec![0.0; 9], vec![0.0, 1.0], vec![0.0, 2.0], vec![0.0, 0.0, 0.0, 3.0, 0.0, 0.0]].concat();
     let data: String = floats.iter().flat_map(|x| x.to_le_bytes()).map(|byte| format!("%{byte:02x}")).collect();

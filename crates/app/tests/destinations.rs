@@ -1,5 +1,5 @@
-//! Where pictures and trees go: links, pipes and devices, what killed programs left, and the files
-//! that are read.
+//! Where pictures and trees are written: links, pipes, devices, leftovers of killed programs, and
+//! the files that are read.
 
 mod common;
 
@@ -110,7 +110,7 @@ fn standard_output_gets_the_bytes_alone_and_the_summary_goes_to_standard_error()
 fn a_device_is_written_to_and_stays_a_device() {
     use std::os::unix::fs::FileTypeExt;
     let desk = desk();
-    // Every write to it fails: there is no room.
+    // Every write to it fails: the device is always full.
     let complaint = desk.fail_in_one_line(&format!("{SMALL} --out /dev/full"));
     assert!(complaint.contains("/dev/full"), "{complaint}");
     assert!(fs::symlink_metadata("/dev/full").unwrap().file_type().is_char_device());
@@ -119,7 +119,7 @@ fn a_device_is_written_to_and_stays_a_device() {
 #[test]
 fn a_leftover_goes_only_when_its_program_is_gone() {
     let desk = desk();
-    // No process of any system has such a number; this one runs.
+    // No process has the first id; the second process runs.
     let [gone, alive] =
         [999_999_999, std::process::id()].map(|process| desk.path(&format!(".kinetree-{process}-0.part")));
     fs::write(&gone, b"half a picture").unwrap();
@@ -171,7 +171,7 @@ fn what_is_read_is_never_written_over_whatever_its_name() {
         assert!(complaint.contains("same file"), "{command}: {complaint}");
     }
     assert!(before == ["small.gltf", "small.trees"].map(|name| fs::read(desk.path(name)).unwrap()));
-    // The files that a scene names are read too: here its buffer.
+    // Files that a scene refers to are protected too: here its buffer.
     let text = fs::read_to_string(desk.path("small.gltf")).unwrap();
     let start = text.find("data:").unwrap();
     let end = start + text[start..].find('"').unwrap();
@@ -184,7 +184,7 @@ fn what_is_read_is_never_written_over_whatever_its_name() {
         assert!(desk.fail(command, 2).contains("same file"), "{command}");
     }
     assert!(fs::read(desk.path("buffer.png")).unwrap() == bytes);
-    // A file of the same content is another file.
+    // A file with the same content is another file.
     fs::copy(desk.path("small.gltf"), desk.path("copy.png")).unwrap();
     desk.succeed(&format!("{SMALL} --out copy.png"));
 }

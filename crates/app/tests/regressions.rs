@@ -1,4 +1,4 @@
-//! What once went wrong in the program, and the right values.
+//! Bugs of the program that were repaired, with the right values.
 
 mod common;
 
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use common::{Desk, errors_of, triangle};
 
-/// A mesh whose only instance is hidden: scaled to nothing.
+/// A mesh whose only instance is scaled to nothing.
 fn hidden(desk: &Desk) {
     triangle(&desk.path("small.gltf"));
     let text = fs::read_to_string(desk.path("small.gltf")).unwrap();

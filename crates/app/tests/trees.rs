@@ -1,4 +1,5 @@
-//! `kinetree bake` and `--trees`: what was built once serves as if it had just been built, or is refused by name.
+//! `kinetree bake` and `--trees`: baked trees give the same results as built ones, or are refused
+//! by name.
 
 mod common;
 
@@ -85,7 +86,7 @@ fn trees_of_another_scene_are_refused_with_the_way_out() {
     let desk = Desk::new();
     triangle(&desk.path("small.gltf"));
     desk.succeed("bake small.gltf --out small.trees");
-    // The same scene with one vertex elsewhere: the third position ends with (0, 2, 0).
+    // The same scene with another vertex: the third position ends with (0, 2, 0).
     let text = fs::read_to_string(desk.path("small.gltf")).unwrap();
     let moved = text.replace("AAAAgD8AAAAA", "AAAAAEAAAAAA");
     assert_ne!(moved, text);

@@ -1,4 +1,5 @@
-//! `kinetree inspect`: what a scene consists of, what its trees are like, and whether they keep their promises.
+//! `kinetree inspect`: reports what a scene consists of and what its trees are like, and checks
+//! them.
 
 mod text;
 
@@ -17,7 +18,7 @@ use crate::scene;
 use crate::summary::{MemoryFigures, SceneFigures};
 use crate::trees::{CommitFigures, MOTIONS, TreeFigures, name_of};
 
-/// Prints what there is to say, and fails if any tree is not valid.
+/// Prints the report; fails if any tree is not valid.
 pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
     let mut opened = scene::open(args.scene.as_deref(), args.clip.as_ref(), args.trees.as_deref())?;
     if !common.quiet {
@@ -44,10 +45,10 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
     inspection.verdict()
 }
 
-/// How many meshes a table shows unless all are asked for.
+/// How many meshes the table shows unless all are requested.
 const SHOWN: usize = 20;
 
-/// Everything about a scene at one moment.
+/// All figures of a scene at one time.
 #[derive(Debug, Serialize)]
 struct Inspection {
     scene: SceneFigures,
@@ -64,7 +65,7 @@ struct Inspection {
     meshes: Vec<MeshFigures>,
 }
 
-/// What the scene looks like, in numbers.
+/// Counts of what gives the scene its appearance.
 #[derive(Debug, Serialize)]
 struct AppearanceFigures {
     materials: usize,
@@ -85,7 +86,7 @@ impl ClipFigures {
     }
 }
 
-/// Meshes that move in the same manner, whether or not an instance shows them.
+/// Totals of the meshes with one `Motion`, whether or not they have instances.
 #[derive(Debug, Serialize)]
 struct MotionFigures {
     motion: &'static str,
@@ -95,10 +96,10 @@ struct MotionFigures {
     instanced_triangles: u64,
 }
 
-/// One mesh.
+/// Figures of one mesh.
 #[derive(Debug, Serialize)]
 struct MeshFigures {
-    /// In the order in which the meshes came into the scene, from 0.
+    /// The index of the mesh in the scene.
     number: usize,
     triangles: usize,
     /// Instances in the frame.
@@ -109,7 +110,7 @@ struct MeshFigures {
     seen: SeenMesh,
 }
 
-/// What a mesh consists of in this frame, whether or not an instance shows it.
+/// The geometry and tree of a mesh in this frame, whether or not it has instances.
 #[derive(Debug, Serialize)]
 struct SeenMesh {
     motion: &'static str,
@@ -127,9 +128,9 @@ impl MeshFigures {
     }
 }
 
-/// All meshes of the scene that a frame was made of.
+/// The figures of all meshes of the scene.
 fn meshes(view: &Snapshot, scene: &Scene) -> Vec<MeshFigures> {
-    // Looked up only, never gone through: its order is not always the same.
+    // Only looked up, never iterated: the order of a hash map varies.
     let mut instances: HashMap<MeshId, usize> = HashMap::new();
     for instance in view.instances() {
         *instances.entry(instance.mesh_id()).or_insert(0) += 1;
@@ -187,7 +188,7 @@ impl MotionFigures {
 }
 
 impl Inspection {
-    /// Fails with the first broken promise.
+    /// Fails if any tree breaks a promise, and names the first.
     fn verdict(&self) -> Result<(), Failure> {
         let top_level = self.top_level.violation.iter().map(|violation| format!("top level: {violation}"));
         let of_mesh = |mesh: &MeshFigures| {

@@ -1,4 +1,5 @@
-//! An inspection as people read it: an overview, a table of motions, and a table of trees, the largest meshes first.
+//! The report as text: an overview, a table of motions, and a table of trees, the largest meshes
+//! first.
 
 use std::cmp::Reverse;
 
@@ -7,7 +8,7 @@ use crate::figures::{self, bytes, count};
 use crate::table::Table;
 use crate::trees::TreeFigures;
 
-/// The columns of the table of trees. The last is the verdict of `validate`, in words.
+/// The columns of the table of trees. The last one is the result of `validate`.
 const COLUMNS: [&str; 12] = [
     "tree",
     "motion",
@@ -23,11 +24,11 @@ const COLUMNS: [&str; 12] = [
     "promises",
 ];
 
-/// Clips that are named.
+/// The most animations that are named.
 const MOST_CLIPS: usize = 20;
 
 impl Inspection {
-    /// Lines with so many meshes.
+    /// The report with at most `shown` meshes.
     pub(super) fn text(&self, shown: usize) -> String {
         let mut lines = self.overview();
         lines.push(String::new());
@@ -110,7 +111,7 @@ impl Inspection {
         table
     }
 
-    /// The top level, and so many meshes.
+    /// The top level, and at most `shown` meshes.
     fn mesh_table(&self, shown: usize) -> Table {
         let mut table = Table::new(&COLUMNS);
         let size = bytes(self.top_level.bytes as u64);

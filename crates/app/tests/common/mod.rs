@@ -1,4 +1,4 @@
-//! A desk to run the program at.
+//! Runs the program in a temporary folder.
 
 #![allow(dead_code, unreachable_pub, reason = "each test uses its part")]
 
@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Runs the program in a directory of its own.
+/// A temporary folder that the program runs in.
 pub struct Desk(TempDir);
 
 impl Desk {
@@ -27,7 +27,7 @@ impl Desk {
         Command::new(program).args(args).current_dir(self.0.path()).output().expect("the program starts")
     }
 
-    /// Runs what must succeed, and gives its standard output.
+    /// Runs a command that must succeed, and returns its standard output.
     pub fn succeed(&self, args: &str) -> String {
         let output = self.run(args);
         assert!(output.status.success(), "{args}: {}", errors_of(&output));
@@ -38,7 +38,8 @@ impl Desk {
         serde_json::from_str(&self.succeed(args)).expect("standard output is one JSON object and nothing else")
     }
 
-    /// Runs what must fail with a code and without a file, and gives what it complains of.
+    /// Runs a command that must fail with this exit code and write no file, and returns its
+    /// standard error.
     pub fn fail(&self, args: &str, code: i32) -> String {
         let before = self.files();
         let output = self.run(args);
@@ -50,7 +51,7 @@ impl Desk {
         errors
     }
 
-    /// As [`Desk::fail`] with code 1, and all in one line.
+    /// As [`Desk::fail`] with code 1; the error must be one line.
     pub fn fail_in_one_line(&self, args: &str) -> String {
         let errors = self.fail(args, 1);
         assert_eq!(errors.trim_end().lines().count(), 1, "{args}: {errors}");
@@ -74,7 +75,7 @@ impl Desk {
         files
     }
 
-    /// The bytes of a picture, which must be of this size and show something.
+    /// The pixels of a picture, which must have this size and more than one colour.
     pub fn picture(&self, name: &str, size: (u32, u32)) -> Vec<u8> {
         let picture = image::open(self.path(name)).expect("a whole PNG").to_rgb8();
         assert_eq!(picture.dimensions(), size, "{name}");
@@ -88,7 +89,7 @@ pub fn errors_of(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// One triangle without a camera and without light, as a glTF file that needs no other.
+/// A glTF file with one triangle, no camera and no light, without external buffers.
 pub fn triangle(file: &Path) {
     // Three positions, little-endian: (0, 0, 0), (1, 0, 0), (0, 1, 0), in base 64.
     let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
