@@ -18,9 +18,9 @@ pub(crate) enum CameraChoice {
 }
 
 /// The vertical field of view when none is given, degrees.
-const ORDINARY_VIEW: f32 = 50.0;
+const DEFAULT_FOV: f32 = 50.0;
 
-const SHAPE: &str = "a place is written px,py,pz:tx,ty,tz or px,py,pz:tx,ty,tz:degrees, from where to where";
+const FORMAT: &str = "a place is written px,py,pz:tx,ty,tz or px,py,pz:tx,ty,tz:degrees, from where to where";
 
 impl FromStr for CameraChoice {
     type Err = String;
@@ -32,12 +32,12 @@ impl FromStr for CameraChoice {
             return Ok(Self::Named(text.to_owned()));
         }
         let parts: Vec<&str> = text.split(':').collect();
-        let (&[eye, target], view) = parts.split_first_chunk::<2>().ok_or(SHAPE)?;
+        let (&[eye, target], view) = parts.split_first_chunk::<2>().ok_or(FORMAT)?;
         let (eye, target) = (point(eye)?, point(target)?);
         let degrees = match view {
-            [] => ORDINARY_VIEW,
+            [] => DEFAULT_FOV,
             [degrees] => number(degrees)?,
-            _ => return Err(SHAPE.into()),
+            _ => return Err(FORMAT.into()),
         };
         if eye.iter().zip(&target).all(|(a, b)| a.to_bits() == b.to_bits() || a == b) {
             return Err("it looks at the place where it stands".into());
@@ -51,24 +51,24 @@ impl FromStr for CameraChoice {
 
 fn point(text: &str) -> Result<[f32; 3], String> {
     let numbers = text.split(',').map(number).collect::<Result<Vec<f32>, String>>()?;
-    numbers.try_into().map_err(|_| SHAPE.into())
+    numbers.try_into().map_err(|_| FORMAT.into())
 }
 
 fn number(text: &str) -> Result<f32, String> {
-    text.trim().parse::<f32>().ok().filter(|number| number.is_finite()).ok_or_else(|| SHAPE.into())
+    text.trim().parse::<f32>().ok().filter(|number| number.is_finite()).ok_or_else(|| FORMAT.into())
 }
 
 /// The camera of a sequence of frames.
-pub(crate) enum Viewer {
+pub(crate) enum PictureCamera {
     /// A camera of the scene, which moves with its node.
     Source(CameraSource),
     /// A camera that does not move.
     Fixed(Camera),
     /// A camera that shows the whole scene of the first frame, and does not move afterwards.
-    ToBeFramed,
+    ShowsAll,
 }
 
-impl Viewer {
+impl PictureCamera {
     /// Finds the camera that was requested among those of the scene.
     pub(crate) fn choose(
         choice: Option<&CameraChoice>,
@@ -81,7 +81,7 @@ impl Viewer {
                 Some(source) => Ok(Self::Source(source.clone())),
                 None => Err(Failure::arguments(format!("{scene}: there is no camera {name:?}; {}", list(cameras)))),
             },
-            None => Ok(cameras.first().map_or(Self::ToBeFramed, |first| Self::Source(first.clone()))),
+            None => Ok(cameras.first().map_or(Self::ShowsAll, |first| Self::Source(first.clone()))),
         }
     }
 
@@ -92,7 +92,7 @@ impl Viewer {
                 world.camera(source).map_err(|error| Failure::work(format!("camera {:?}: {error}", source.name)))
             }
             Self::Fixed(camera) => Ok(*camera),
-            Self::ToBeFramed => {
+            Self::ShowsAll => {
                 let camera = default_camera(frame, aspect);
                 *self = Self::Fixed(camera);
                 Ok(camera)
@@ -104,11 +104,11 @@ impl Viewer {
 /// A clause that lists the cameras.
 fn list(cameras: &[CameraSource]) -> String {
     /// The most names that are listed.
-    const MOST: usize = 30;
+    const MOST_LISTED: usize = 30;
     let named: Vec<String> =
         cameras.iter().filter(|source| !source.name.is_empty()).map(|source| format!("{:?}", source.name)).collect();
     let unnamed = cameras.len() - named.len();
-    let more = named.len().saturating_sub(MOST);
+    let more = named.len().saturating_sub(MOST_LISTED);
     let mut text = match (named.len(), unnamed) {
         (0, 0) => return "it has none".into(),
         (0, _) => return format!("its {unnamed} cameras have no names"),
@@ -149,7 +149,9 @@ mod tests {
         let source = |name: &str| CameraSource { name: name.into(), node: None, camera };
         let complaint = |cameras: &[CameraSource]| {
             let choice = CameraChoice::Named("south".into());
-            let Err(failure) = Viewer::choose(Some(&choice), cameras, "a.glb") else { panic!("there is no south") };
+            let Err(failure) = PictureCamera::choose(Some(&choice), cameras, "a.glb") else {
+                panic!("there is no south")
+            };
             failure.to_string()
         };
         assert_eq!(complaint(&[]), "a.glb: there is no camera \"south\"; it has none");

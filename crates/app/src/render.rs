@@ -8,7 +8,7 @@ use kinetree_render::{Rendered, Settings, encode_srgb, metered_exposure, render,
 use kinetree_world::{Camera, Frame};
 
 use crate::args::{Common, RenderArgs};
-use crate::camera::Viewer;
+use crate::camera::PictureCamera;
 use crate::destination::{Destination, Inputs};
 use crate::failure::Failure;
 use crate::figures::millis;
@@ -33,11 +33,11 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     if !common.quiet {
         opened.notes.iter().for_each(|note| remark(&format!("{}: {note}", opened.name)));
     }
-    let viewer = Viewer::choose(args.camera.as_ref(), &opened.world.cameras, &opened.name)?;
+    let picture_camera = PictureCamera::choose(args.camera.as_ref(), &opened.world.cameras, &opened.name)?;
 
     let progress = Progress::new(numbers.len() as u64, common.quiet);
     let exposure = args.exposure.map(f32::exp2);
-    let mut work = Work { args, opened, viewer, names, exposure, progress: &progress };
+    let mut work = Work { args, opened, picture_camera, names, exposure, progress: &progress };
     let summary = work.all(numbers, first);
     progress.finish();
     let summary = summary?;
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
 struct Work<'a> {
     args: &'a RenderArgs,
     opened: Opened,
-    viewer: Viewer,
+    picture_camera: PictureCamera,
     names: FileNames,
     /// The factor of exposure: as requested, or that of the first frame, so that a sequence does
     /// not flicker.
@@ -99,7 +99,7 @@ impl Work<'_> {
         let update_time = start.elapsed();
 
         let [width, height] = self.args.size;
-        let camera = self.viewer.camera(&self.opened.world, &frame, width as f32 / height as f32)?;
+        let camera = self.picture_camera.camera(&self.opened.world, &frame, width as f32 / height as f32)?;
         let rendered = self.trace(&frame, &camera)?;
         let traced = Instant::now();
         let file = self.names.of(number);
