@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     match run(&args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            output::remark(&format!("error: {failure}"));
+            output::print_error(&format!("error: {failure}"));
             failure.exit_code()
         }
     }
@@ -51,7 +51,7 @@ fn use_threads(asked_for: u32, quiet: bool) -> Result<(), Failure> {
     let cores = std::thread::available_parallelism().map_or(1, Into::into);
     let count = asked_for.min(cores);
     if count < asked_for && !quiet {
-        output::remark(&format!("note: {asked_for} threads were asked for; {count} are used, one for each core"));
+        output::print_error(&format!("note: {asked_for} threads were asked for; {count} are used, one for each core"));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
     pool.build_global().map_err(|error| Failure::work(format!("{count} threads cannot be had: {error}")))
@@ -69,7 +69,7 @@ fn run(args: &Args) -> Result<(), Failure> {
         None => {
             let race = RenderArgs::built_in_race();
             if !args.common.quiet {
-                output::remark("no window in this build yet: rendering the built-in race to race.png");
+                output::print_error("no window in this build yet: rendering the built-in race to race.png");
             }
             render::run(&race, &args.common)
         }

@@ -10,7 +10,7 @@ use crate::args::Common;
 use crate::failure::Failure;
 
 /// Prints a line on standard output. If the reader has closed it, that is not a failure.
-pub(crate) fn say(text: &str) -> Result<(), Failure> {
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.write_all(b"\n")).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -37,14 +37,14 @@ pub(crate) fn report(
         words()
     };
     if is_output_taken {
-        remark(&text);
+        print_error(&text);
         return Ok(());
     }
-    say(&text)
+    print(&text)
 }
 
 /// Prints a line on standard error. Failures are ignored: there is nowhere to report them.
-pub(crate) fn remark(line: &str) {
+pub(crate) fn print_error(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 

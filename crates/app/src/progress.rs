@@ -85,7 +85,7 @@ fn write_line(start: Instant, latest: &Mutex<Instant>, share: f64) {
     let Ok(mut latest) = latest.try_lock() else { return };
     if latest.elapsed() >= BETWEEN_LINES {
         *latest = Instant::now();
-        output::remark(&line(share, start.elapsed()));
+        output::print_error(&line(share, start.elapsed()));
     }
 }
 
