@@ -73,8 +73,9 @@ fn bake_all(loaded: &Loaded, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<T
     let (mut trees, mut figures, mut done) = (Vec::new(), Vec::new(), 0);
     for (mesh, motion, meshes) in wanted {
         let here = mesh.triangles().len();
-        let reach = |share: f64| progress.reach((done as f64 + share * here as f64) / all.max(1) as f64);
-        let (tree, of_tree) = bake_one(mesh, motion, meshes, &reach)?;
+        let report_fraction =
+            |fraction: f64| progress.report_fraction((done as f64 + fraction * here as f64) / all.max(1) as f64);
+        let (tree, of_tree) = bake_one(mesh, motion, meshes, &report_fraction)?;
         trees.push(tree);
         figures.push(of_tree);
         done += here;
@@ -86,14 +87,15 @@ fn bake_one(
     mesh: &Mesh,
     motion: Motion,
     meshes: Vec<usize>,
-    reach: &(dyn Fn(f64) + Sync),
+    report_fraction: &(dyn Fn(f64) + Sync),
 ) -> Result<(Vec<u8>, TreeFigures), Failure> {
     let start = Instant::now();
     let triangles = Triangles::new(mesh.positions().to_vec(), mesh.triangles().into());
     let triangles = triangles.expect("a mesh has only indices in range");
     let mut options = BuildOptions::default();
     options.quality = Quality::Best;
-    let tree = build_and_tell(&triangles, &options, reach).map_err(|error| Failure::work(error.to_string()))?;
+    let tree =
+        build_with_reports(&triangles, &options, report_fraction).map_err(|error| Failure::work(error.to_string()))?;
     let bytes = tree.to_bytes(&triangles);
     let figures = TreeFigures {
         meshes,
@@ -108,26 +110,26 @@ fn bake_one(
 }
 
 /// How often the progress of a build is reported.
-const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
+const REPORT_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Builds a tree, while another thread reports the progress.
-fn build_and_tell(
+fn build_with_reports(
     triangles: &Triangles,
     options: &BuildOptions,
-    reach: &(dyn Fn(f64) + Sync),
+    report_fraction: &(dyn Fn(f64) + Sync),
 ) -> Result<MeshBvh, Cancelled> {
-    let watch = BuildProgress::new();
+    let progress = BuildProgress::new();
     let (ended, end) = mpsc::channel::<()>();
     std::thread::scope(|scope| {
-        let looks = &watch;
+        let progress = &progress;
         scope.spawn(move || {
             // The loop ends when the sender is dropped.
-            while end.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
-                reach(looks.progress().into());
+            while end.recv_timeout(REPORT_INTERVAL) == Err(RecvTimeoutError::Timeout) {
+                report_fraction(progress.progress().into());
             }
-            reach(looks.progress().into());
+            report_fraction(progress.progress().into());
         });
-        let tree = build::build_with_progress(triangles, options, &watch);
+        let tree = build::build_with_progress(triangles, options, progress);
         drop(ended);
         tree
     })

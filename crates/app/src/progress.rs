@@ -27,7 +27,7 @@ enum Display {
 const STEPS: u64 = 10_000;
 
 /// The time between two lines in a log.
-const BETWEEN_LINES: Duration = Duration::from_secs(10);
+const LOG_INTERVAL: Duration = Duration::from_secs(10);
 
 impl Progress {
     /// Progress of rendering `pictures` pictures of the same size.
@@ -44,7 +44,7 @@ impl Progress {
     }
 
     /// Reports that one more tile is done; `of` is the number of tiles of a picture.
-    pub(crate) fn tile(&self, of: u64) {
+    pub(crate) fn tile_done(&self, of: u64) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let total = of.saturating_mul(self.pictures);
         match &self.display {
@@ -60,14 +60,14 @@ impl Progress {
     }
 
     /// Reports the fraction of the work that is done, from 0 to 1.
-    pub(crate) fn reach(&self, share: f64) {
+    pub(crate) fn report_fraction(&self, fraction: f64) {
         match &self.display {
             Display::None => {}
             Display::Bar(bar) => {
                 bar.set_length(STEPS);
-                bar.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);
+                bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
             }
-            Display::Lines { start, latest } => write_line(*start, latest, share),
+            Display::Lines { start, latest } => write_line(*start, latest, fraction),
         }
     }
 
@@ -80,12 +80,12 @@ impl Progress {
 }
 
 /// Prints a line, unless one was printed within `LOG_INTERVAL`.
-fn write_line(start: Instant, latest: &Mutex<Instant>, share: f64) {
+fn write_line(start: Instant, latest: &Mutex<Instant>, fraction: f64) {
     // If another thread is printing, this line is not needed.
     let Ok(mut latest) = latest.try_lock() else { return };
-    if latest.elapsed() >= BETWEEN_LINES {
+    if latest.elapsed() >= LOG_INTERVAL {
         *latest = Instant::now();
-        output::print_error(&line(share, start.elapsed()));
+        output::print_error(&line(fraction, start.elapsed()));
     }
 }
 
@@ -95,9 +95,9 @@ fn bar() -> ProgressBar {
     ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(5)).with_style(style)
 }
 
-fn line(share: f64, elapsed: Duration) -> String {
-    let left = elapsed.as_secs_f64() * (1.0 - share) / share.max(1e-9);
-    format!("{:.0} % done, {:.0} s gone, {left:.0} s left", share * 100.0, elapsed.as_secs_f64())
+fn line(fraction: f64, elapsed: Duration) -> String {
+    let left = elapsed.as_secs_f64() * (1.0 - fraction) / fraction.max(1e-9);
+    format!("{:.0} % done, {:.0} s gone, {left:.0} s left", fraction * 100.0, elapsed.as_secs_f64())
 }
 
 #[cfg(test)]

@@ -140,11 +140,12 @@ impl Work<'_> {
             threads: None,
             ..Settings::default()
         };
-        let tell = |tiles: kinetree_render::Progress| {
-            self.progress.tile(tiles.total as u64);
+        let on_tile = |tiles: kinetree_render::Progress| {
+            self.progress.tile_done(tiles.total as u64);
             ControlFlow::Continue(())
         };
-        render(frame, camera, &settings, &tell).map_err(|error| Failure::work(format!("{}: {error}", self.opened.name)))
+        render(frame, camera, &settings, &on_tile)
+            .map_err(|error| Failure::work(format!("{}: {error}", self.opened.name)))
     }
 
     /// The factor of exposure; `None` if the integrator gives display-ready colours.
