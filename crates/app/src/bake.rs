@@ -18,7 +18,7 @@ use crate::baked_trees::is_baked;
 use crate::destination::{Destination, Inputs};
 use crate::failure::Failure;
 use crate::figures::{self, bytes, count, millis};
-use crate::output::{print_error, report};
+use crate::output::{print_to_stderr, report};
 use crate::progress::Progress;
 use crate::scene::{self, Loaded};
 use crate::trees::name_of;
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     let loaded = scene::load(args.scene.as_deref(), args.clip.as_ref())?;
     Inputs::of(loaded.files.iter().map(PathBuf::as_path)).spare(&out)?;
     if !common.quiet {
-        loaded.notes.iter().for_each(|note| print_error(&format!("{}: {note}", loaded.name)));
+        loaded.notes.iter().for_each(|note| print_to_stderr(&format!("{}: {note}", loaded.name)));
     }
     let start = Instant::now();
     let progress = Progress::new(1, common.quiet);

@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     match run(&args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            output::print_error(&format!("error: {failure}"));
+            output::print_to_stderr(&format!("error: {failure}"));
             failure.exit_code()
         }
     }
@@ -51,7 +51,9 @@ fn use_threads(asked_for: u32, quiet: bool) -> Result<(), Failure> {
     let cores = std::thread::available_parallelism().map_or(1, Into::into);
     let count = asked_for.min(cores);
     if count < asked_for && !quiet {
-        output::print_error(&format!("note: {asked_for} threads were asked for; {count} are used, one for each core"));
+        output::print_to_stderr(&format!(
+            "note: {asked_for} threads were asked for; {count} are used, one for each core"
+        ));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
     pool.build_global().map_err(|error| Failure::work(format!("{count} threads cannot be had: {error}")))
@@ -69,7 +71,7 @@ fn run(args: &Args) -> Result<(), Failure> {
         None => {
             let race = RenderArgs::built_in_race();
             if !args.common.quiet {
-                output::print_error("no window in this build yet: rendering the built-in race to race.png");
+                output::print_to_stderr("no window in this build yet: rendering the built-in race to race.png");
             }
             render::run(&race, &args.common)
         }

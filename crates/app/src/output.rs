@@ -37,14 +37,14 @@ pub(crate) fn report(
         words()
     };
     if is_output_taken {
-        print_error(&text);
+        print_to_stderr(&text);
         return Ok(());
     }
     print(&text)
 }
 
 /// Prints a line on standard error. Failures are ignored: there is nowhere to report them.
-pub(crate) fn print_error(line: &str) {
+pub(crate) fn print_to_stderr(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 

@@ -85,7 +85,7 @@ fn write_line(start: Instant, latest: &Mutex<Instant>, fraction: f64) {
     let Ok(mut latest) = latest.try_lock() else { return };
     if latest.elapsed() >= LOG_INTERVAL {
         *latest = Instant::now();
-        output::print_error(&line(fraction, start.elapsed()));
+        output::print_to_stderr(&line(fraction, start.elapsed()));
     }
 }
 

@@ -13,7 +13,7 @@ use crate::destination::{Destination, Inputs};
 use crate::failure::Failure;
 use crate::figures::millis;
 use crate::names::FileNames;
-use crate::output::{png, print_error, report};
+use crate::output::{png, print_to_stderr, report};
 use crate::progress::Progress;
 use crate::scene::{self, Opened};
 use crate::summary::{self, CameraFigures, FrameFigures, MemoryFigures, SceneFigures, Summary, Total};
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let inputs = Inputs::of(opened.files.iter().map(PathBuf::as_path));
     numbers.clone().try_for_each(|number| inputs.spare(&names.of(number)))?;
     if !common.quiet {
-        opened.notes.iter().for_each(|note| print_error(&format!("{}: {note}", opened.name)));
+        opened.notes.iter().for_each(|note| print_to_stderr(&format!("{}: {note}", opened.name)));
     }
     let picture_camera = PictureCamera::choose(args.camera.as_ref(), &opened.world.cameras, &opened.name)?;
 

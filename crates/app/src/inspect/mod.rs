@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::args::{Common, InspectArgs};
 use crate::failure::Failure;
 use crate::figures::{self, millis};
-use crate::output::{print_error, report};
+use crate::output::{print_to_stderr, report};
 use crate::scene;
 use crate::summary::{MemoryFigures, SceneFigures};
 use crate::trees::{CommitFigures, MOTIONS, TreeFigures, name_of};
@@ -22,7 +22,7 @@ use crate::trees::{CommitFigures, MOTIONS, TreeFigures, name_of};
 pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
     let mut opened = scene::open(args.scene.as_deref(), args.clip.as_ref(), args.trees.as_deref())?;
     if !common.quiet {
-        opened.notes.iter().for_each(|note| print_error(&format!("{}: {note}", opened.name)));
+        opened.notes.iter().for_each(|note| print_to_stderr(&format!("{}: {note}", opened.name)));
     }
     let frame = opened.frame(args.time)?;
     let duration = opened.world.animation.duration();
