@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::draft::{Draft, remove_leftovers};
 use crate::failure::Failure;
 use crate::file_id::FileId;
+use crate::partial_file::{PartialFile, remove_leftovers};
 
 /// A path that can be written to.
 #[derive(Debug)]
@@ -94,7 +94,7 @@ impl Kind {
         if there == folder {
             remove_leftovers(folder);
         }
-        drop(Draft::in_folder(there)?);
+        drop(PartialFile::in_folder(there)?);
         Ok(Self::File(path))
     }
 }
@@ -151,9 +151,9 @@ fn followed(path: &Path) -> io::Result<PathBuf> {
 fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let folder = folder_of(path);
     fs::create_dir_all(folder)?;
-    let mut draft = Draft::in_folder(folder)?;
-    draft.write(bytes)?;
-    draft.become_file(path)
+    let mut partial = PartialFile::in_folder(folder)?;
+    partial.write(bytes)?;
+    partial.rename_to(path)
 }
 
 fn write_to(mut stream: impl Write, bytes: &[u8]) -> io::Result<()> {

@@ -12,7 +12,7 @@ use crate::file_id::FileId;
 
 /// An unfinished file, removed when dropped unless it was renamed.
 #[derive(Debug)]
-pub(crate) struct Draft {
+pub(crate) struct PartialFile {
     file: File,
     path: PathBuf,
     is_finished: bool,
@@ -21,7 +21,7 @@ pub(crate) struct Draft {
 /// How many names are tried.
 const ATTEMPTS: u32 = 100;
 
-impl Draft {
+impl PartialFile {
     /// Creates an empty one in a folder, and locks it.
     pub(crate) fn in_folder(folder: &Path) -> io::Result<Self> {
         for attempt in 0..ATTEMPTS {
@@ -53,7 +53,7 @@ impl Draft {
     }
 
     /// Renames it to `path`. If a file is there, it is replaced, and its permissions are kept.
-    pub(crate) fn become_file(mut self, path: &Path) -> io::Result<()> {
+    pub(crate) fn rename_to(mut self, path: &Path) -> io::Result<()> {
         if let Ok(replaced) = fs::metadata(path) {
             self.file.set_permissions(replaced.permissions())?;
         }
@@ -63,7 +63,7 @@ impl Draft {
     }
 }
 
-impl Drop for Draft {
+impl Drop for PartialFile {
     fn drop(&mut self) {
         if !self.is_finished {
             // If it cannot be removed, the earlier failure is the one to report.
@@ -128,7 +128,7 @@ mod tests {
         unrelated.iter().for_each(|name| fs::write(at(name), b"").unwrap());
         let running = at(&format!(".kinetree-{}-7.part", std::process::id()));
         fs::write(&running, b"by a program that runs").unwrap();
-        let ours = Draft::in_folder(directory.path()).unwrap();
+        let ours = PartialFile::in_folder(directory.path()).unwrap();
 
         remove_leftovers(directory.path());
         assert!(!leftover.exists());
@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn drafts_of_one_folder_are_apart_and_go_when_they_are_dropped() {
         let directory = tempfile::tempdir().unwrap();
-        let [mut one, two] = [0, 1].map(|_| Draft::in_folder(directory.path()).unwrap());
+        let [mut one, two] = [0, 1].map(|_| PartialFile::in_folder(directory.path()).unwrap());
         assert_ne!(one.path, two.path);
         one.write(b"whole").unwrap();
-        one.become_file(&directory.path().join("a")).unwrap();
+        one.rename_to(&directory.path().join("a")).unwrap();
         drop(two);
         let names: Vec<_> = fs::read_dir(directory.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         assert_eq!(names, ["a"]);
