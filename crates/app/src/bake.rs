@@ -26,11 +26,11 @@ use crate::trees::name_of;
 /// Builds the trees and writes them.
 pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| format!("{}.trees", scene::stem(args.scene.as_deref())).into());
-    Inputs::of(args.scene.as_deref()).spare(&out)?;
-    let destination = Destination::find(&out)?;
+    Inputs::of(args.scene.as_deref()).refuse_overwriting(&out)?;
+    let destination = Destination::resolve(&out)?;
     let is_output_taken = destination.is_standard_output();
     let loaded = scene::load(args.scene.as_deref(), args.clip.as_ref())?;
-    Inputs::of(loaded.files.iter().map(PathBuf::as_path)).spare(&out)?;
+    Inputs::of(loaded.files.iter().map(PathBuf::as_path)).refuse_overwriting(&out)?;
     if !common.quiet {
         loaded.notes.iter().for_each(|note| print_to_stderr(&format!("{}: {note}", loaded.name)));
     }

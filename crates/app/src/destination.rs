@@ -37,8 +37,8 @@ pub(crate) enum Stream {
 impl Destination {
     /// Checks whether bytes can be written to a path. A pipe is opened, which blocks until a reader
     /// opens it. No file or folder is created.
-    pub(crate) fn find(name: &Path) -> Result<Self, Failure> {
-        let kind = Kind::find(name).map_err(|error| cannot_be_written(name, &error))?;
+    pub(crate) fn resolve(name: &Path) -> Result<Self, Failure> {
+        let kind = Kind::resolve(name).map_err(|error| cannot_be_written(name, &error))?;
         Ok(Self { name: name.to_owned(), kind })
     }
 
@@ -60,10 +60,10 @@ impl Destination {
 }
 
 impl Kind {
-    fn find(name: &Path) -> io::Result<Self> {
+    fn resolve(name: &Path) -> io::Result<Self> {
         let metadata = match fs::metadata(name) {
             Ok(metadata) => metadata,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Self::file(followed(name)?),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Self::file(resolve_links(name)?),
             Err(error) => return Err(error),
         };
         if metadata.is_dir() {
@@ -75,7 +75,7 @@ impl Kind {
         if !metadata.is_file() {
             return File::options().write(true).open(name).map(Self::Opened);
         }
-        let path = followed(name)?;
+        let path = resolve_links(name)?;
         // Links in `/proc` name an open file that may have moved or been removed.
         if FileId::of_path(&path).ok() != FileId::of_path(name).ok() {
             return File::options().write(true).truncate(true).open(name).map(Self::Opened);
@@ -90,7 +90,7 @@ impl Kind {
             return Err(io::ErrorKind::IsADirectory.into());
         }
         let folder = folder_of(&path);
-        let there = folder.ancestors().map(or_here).find(|folder| folder.exists()).unwrap_or(Path::new("."));
+        let there = folder.ancestors().map(or_current).find(|folder| folder.exists()).unwrap_or(Path::new("."));
         if there == folder {
             remove_leftovers(folder);
         }
@@ -135,7 +135,7 @@ fn is_device(metadata: &fs::Metadata) -> bool {
 }
 
 /// The path behind symbolic links, whether or not it exists.
-fn followed(path: &Path) -> io::Result<PathBuf> {
+fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     /// The limit of Linux.
     const LINKS: usize = 40;
     let mut path = path.to_owned();
@@ -162,10 +162,10 @@ fn write_to(mut stream: impl Write, bytes: &[u8]) -> io::Result<()> {
 }
 
 fn folder_of(path: &Path) -> &Path {
-    or_here(path.parent().unwrap_or(Path::new("")))
+    or_current(path.parent().unwrap_or(Path::new("")))
 }
 
-fn or_here(folder: &Path) -> &Path {
+fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
@@ -184,7 +184,7 @@ impl Inputs {
     }
 
     /// Fails if a path is one of these files, under any name.
-    pub(crate) fn spare(&self, out: &Path) -> Result<(), Failure> {
+    pub(crate) fn refuse_overwriting(&self, out: &Path) -> Result<(), Failure> {
         let Ok(id) = FileId::of_path(out) else { return Ok(()) };
         match self.0.iter().find(|(_, input)| *input == id) {
             None => Ok(()),
@@ -209,14 +209,14 @@ mod tests {
     }
 
     fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-        Destination::find(path)?.write(bytes)
+        Destination::resolve(path)?.write(bytes)
     }
 
     #[test]
     fn a_file_appears_whole_and_alone() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("deep/er/a.png");
-        let destination = Destination::find(&path).unwrap();
+        let destination = Destination::resolve(&path).unwrap();
         assert!(names_in(directory.path()).is_empty(), "looking leaves nothing");
         destination.write(b"first").unwrap();
         write(&path, b"second").unwrap();
@@ -228,10 +228,10 @@ mod tests {
     fn nothing_is_left_of_a_file_that_could_not_take_its_place() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("taken.png");
-        let destination = Destination::find(&path).unwrap();
+        let destination = Destination::resolve(&path).unwrap();
         fs::create_dir_all(path.join("full")).unwrap();
         assert!(destination.write(b"bytes").is_err());
-        assert!(Destination::find(&path).is_err() && Destination::find(&directory.path().join("new/")).is_err());
+        assert!(Destination::resolve(&path).is_err() && Destination::resolve(&directory.path().join("new/")).is_err());
         assert_eq!(names_in(directory.path()), ["taken.png"]);
     }
 
@@ -256,7 +256,7 @@ mod tests {
         for link in ["near", "far", "dangling"] {
             assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
         }
-        assert!(Destination::find(&at("round")).is_err());
+        assert!(Destination::resolve(&at("round")).is_err());
         assert_eq!(names_in(&at("folder")), ["new", "real"]);
     }
 
@@ -268,9 +268,9 @@ mod tests {
         fs::write(at("twin"), b"same").unwrap();
         fs::hard_link(at("scene"), at("hard")).unwrap();
         let inputs = Inputs::of([&*at("scene"), &*at("missing")]);
-        assert!(inputs.spare(&at("twin")).is_ok() && inputs.spare(&at("missing")).is_ok());
+        assert!(inputs.refuse_overwriting(&at("twin")).is_ok() && inputs.refuse_overwriting(&at("missing")).is_ok());
         for same in ["scene", "./scene", "hard"] {
-            let failure = inputs.spare(&at(same)).unwrap_err().to_string();
+            let failure = inputs.refuse_overwriting(&at(same)).unwrap_err().to_string();
             assert!(failure.contains("same file as"), "{failure}");
         }
     }

@@ -24,12 +24,12 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let numbers = args.frames.clone().unwrap_or(0..1);
     let names = FileNames::new(args.out.as_deref(), &scene::stem(args.scene.as_deref()), numbers.len() > 1)?;
     let inputs = Inputs::of(args.scene.as_deref().into_iter().chain(args.trees.as_deref()));
-    numbers.clone().try_for_each(|number| inputs.spare(&names.of(number)))?;
-    let first = Destination::find(&names.of(numbers.start))?;
+    numbers.clone().try_for_each(|number| inputs.refuse_overwriting(&names.of(number)))?;
+    let first = Destination::resolve(&names.of(numbers.start))?;
     let is_output_taken = first.is_standard_output();
     let opened = scene::open(args.scene.as_deref(), args.clip.as_ref(), args.trees.as_deref())?;
     let inputs = Inputs::of(opened.files.iter().map(PathBuf::as_path));
-    numbers.clone().try_for_each(|number| inputs.spare(&names.of(number)))?;
+    numbers.clone().try_for_each(|number| inputs.refuse_overwriting(&names.of(number)))?;
     if !common.quiet {
         opened.notes.iter().for_each(|note| print_to_stderr(&format!("{}: {note}", opened.name)));
     }
@@ -64,7 +64,7 @@ impl Work<'_> {
         for number in numbers {
             let destination = match first.take() {
                 Some(first) => first,
-                None => Destination::find(&self.names.of(number))?,
+                None => Destination::resolve(&self.names.of(number))?,
             };
             // Drops the previous frame, so that its buffers can be reused.
             drop(last.take());
