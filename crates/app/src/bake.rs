@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::figures::{self, bytes, count, millis};
 use crate::output::{print_to_stderr, report};
 use crate::progress::Progress;
-use crate::scene::{self, Loaded};
+use crate::scene::{self, LoadedScene};
 use crate::trees::name_of;
 
 /// Builds the trees and writes them.
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
 }
 
 /// Builds one tree for each distinct mesh that does not deform.
-fn bake_all(loaded: &Loaded, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<TreeFigures>), Failure> {
+fn bake_all(loaded: &LoadedScene, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<TreeFigures>), Failure> {
     let mut wanted: Vec<(&Mesh, Motion, Vec<usize>)> = Vec::new();
     let mut place_of: HashMap<u64, usize> = HashMap::new();
     for (number, (_, mesh, motion)) in loaded.world.scene.meshes().enumerate() {

@@ -15,7 +15,7 @@ use crate::figures::millis;
 use crate::names::FileNames;
 use crate::output::{png, print_to_stderr, report};
 use crate::progress::Progress;
-use crate::scene::{self, Opened};
+use crate::scene::{self, OpenedScene};
 use crate::summary::{self, CameraFigures, FrameFigures, MemoryFigures, SceneFigures, Summary, Total};
 use crate::trees::CommitFigures;
 
@@ -37,17 +37,17 @@ pub(crate) fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
 
     let progress = Progress::new(numbers.len() as u64, common.quiet);
     let exposure = args.exposure.map(f32::exp2);
-    let mut work = Work { args, opened, picture_camera, names, exposure, progress: &progress };
-    let summary = work.all(numbers, first);
+    let mut rendering = Rendering { args, opened, picture_camera, names, exposure, progress: &progress };
+    let summary = rendering.render_all(numbers, first);
     progress.finish();
     let summary = summary?;
     report(&summary, || summary.to_string(), common, is_output_taken)
 }
 
 /// What the frames of a rendering share.
-struct Work<'a> {
+struct Rendering<'a> {
     args: &'a RenderArgs,
-    opened: Opened,
+    opened: OpenedScene,
     picture_camera: PictureCamera,
     names: FileNames,
     /// The factor of exposure: as requested, or that of the first frame, so that a sequence does
@@ -56,8 +56,8 @@ struct Work<'a> {
     progress: &'a Progress,
 }
 
-impl Work<'_> {
-    fn all(&mut self, numbers: Range<u32>, first: Destination) -> Result<Summary, Failure> {
+impl Rendering<'_> {
+    fn render_all(&mut self, numbers: Range<u32>, first: Destination) -> Result<Summary, Failure> {
         let mut frames = Vec::new();
         let mut last = None;
         let mut first = Some(first);
@@ -68,12 +68,12 @@ impl Work<'_> {
             };
             // Drops the previous frame, so that its buffers can be reused.
             drop(last.take());
-            let (frame, figures) = self.one(number, destination)?;
+            let (frame, figures) = self.render_one(number, destination)?;
             frames.push(figures);
             last = Some(frame);
         }
         let last = last.ok_or_else(|| Failure::arguments("there are no frames to make"))?;
-        let Opened { name, world, notes, load_time, first_commit, has_default_lighting, .. } = &self.opened;
+        let OpenedScene { name, world, notes, load_time, first_commit, has_default_lighting, .. } = &self.opened;
         let [width, height] = self.args.size;
         Ok(Summary {
             scene: SceneFigures::of(name, world.animation.duration(), &last, *has_default_lighting, notes),
@@ -92,7 +92,7 @@ impl Work<'_> {
         })
     }
 
-    fn one(&mut self, number: u32, destination: Destination) -> Result<(Frame, FrameFigures), Failure> {
+    fn render_one(&mut self, number: u32, destination: Destination) -> Result<(Frame, FrameFigures), Failure> {
         let start = Instant::now();
         let time = if self.args.frames.is_some() { f64::from(number) / self.args.fps } else { self.args.time };
         let frame = self.opened.frame(time)?;

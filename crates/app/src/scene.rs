@@ -12,7 +12,7 @@ use crate::baked_trees::BakedTrees;
 use crate::failure::Failure;
 
 /// A scene with all trees built.
-pub(crate) struct Opened {
+pub(crate) struct OpenedScene {
     /// The name in messages: the path as given, or "the built-in race".
     pub(crate) name: String,
     pub(crate) world: World,
@@ -32,7 +32,7 @@ pub(crate) struct Opened {
 }
 
 /// A scene without trees.
-pub(crate) struct Loaded {
+pub(crate) struct LoadedScene {
     /// The name in messages: the path as given, or "the built-in race".
     pub(crate) name: String,
     pub(crate) world: World,
@@ -56,7 +56,7 @@ pub(crate) fn stem(path: Option<&Path>) -> String {
 }
 
 /// Loads a file with one of its animations, or builds the race.
-pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, Failure> {
+pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<LoadedScene, Failure> {
     let name = path.map_or_else(|| "the built-in race".to_owned(), |path| path.display().to_string());
     let start = Instant::now();
     let (world, notes, clips, files) = match path {
@@ -68,14 +68,14 @@ pub(crate) fn load(path: Option<&Path>, clip: Option<&Clip>) -> Result<Loaded, F
             (loaded.world, loaded.notes, loaded.clips, loaded.files)
         }
     };
-    Ok(Loaded { name, world, notes, clips, files, load_time: start.elapsed() })
+    Ok(LoadedScene { name, world, notes, clips, files, load_time: start.elapsed() })
 }
 
 /// Loads a scene, takes its trees from a file if one is given, and builds the others.
-pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path>) -> Result<Opened, Failure> {
+pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path>) -> Result<OpenedScene, Failure> {
     // Trees are read first, so that an error in the smaller file is reported early.
     let trees = trees.map(BakedTrees::open).transpose()?;
-    let Loaded { name, mut world, notes, clips, files, mut load_time } = load(path, clip)?;
+    let LoadedScene { name, mut world, notes, clips, files, mut load_time } = load(path, clip)?;
     if let Some(trees) = trees {
         let start = Instant::now();
         trees.hand_to(&mut world.scene, &name, path)?;
@@ -84,10 +84,10 @@ pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path
     let first_commit = frame_of(&mut world, &name, 0.0)?.view.report().clone();
     let has_default_lighting =
         default_lighting(&mut world).map_err(|error| Failure::work(format!("{name}: at time 0: {error}")))?;
-    Ok(Opened { name, world, notes, clips, files, load_time, first_commit, has_default_lighting })
+    Ok(OpenedScene { name, world, notes, clips, files, load_time, first_commit, has_default_lighting })
 }
 
-impl Opened {
+impl OpenedScene {
     /// The scene at a time, in seconds.
     pub(crate) fn frame(&mut self, seconds: f64) -> Result<Frame, Failure> {
         frame_of(&mut self.world, &self.name, seconds)
