@@ -10,9 +10,9 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// A temporary folder that the program runs in.
-pub struct Desk(TempDir);
+pub struct Sandbox(TempDir);
 
-impl Desk {
+impl Sandbox {
     pub fn new() -> Self {
         Self(tempfile::tempdir().expect("there is room for a directory"))
     }
@@ -51,7 +51,7 @@ impl Desk {
         errors
     }
 
-    /// As [`Desk::fail`] with code 1; the error must be one line.
+    /// As [`Sandbox::fail`] with code 1; the error must be one line.
     pub fn fail_in_one_line(&self, args: &str) -> String {
         let errors = self.fail(args, 1);
         assert_eq!(errors.trim_end().lines().count(), 1, "{args}: {errors}");
