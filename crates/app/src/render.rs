@@ -86,9 +86,9 @@ impl Rendering<'_> {
             load_ms: millis(*load_time),
             first_commit: CommitFigures::of(first_commit),
             total: Total::of(&frames),
-            memory: MemoryFigures::of(last.view.report(), &last.material_set),
+            memory: MemoryFigures::of(last.snapshot.report(), &last.material_set),
             frames,
-            report: last.view.report().clone(),
+            report: last.snapshot.report().clone(),
         })
     }
 
@@ -123,7 +123,7 @@ impl Rendering<'_> {
             rays: rendered.rays,
             mrays_per_s: summary::mrays_per_s(rendered.rays, kernel_ms),
             lost_samples: rendered.lost_samples,
-            commit: CommitFigures::of(frame.view.report()),
+            commit: CommitFigures::of(frame.snapshot.report()),
         };
         Ok((frame, figures))
     }

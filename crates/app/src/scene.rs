@@ -81,7 +81,7 @@ pub(crate) fn open(path: Option<&Path>, clip: Option<&Clip>, trees: Option<&Path
         trees.hand_to(&mut world.scene, &name, path)?;
         load_time += start.elapsed();
     }
-    let first_commit = frame_of(&mut world, &name, 0.0)?.view.report().clone();
+    let first_commit = frame_of(&mut world, &name, 0.0)?.snapshot.report().clone();
     let has_default_lighting =
         default_lighting(&mut world).map_err(|error| Failure::work(format!("{name}: at time 0: {error}")))?;
     Ok(OpenedScene { name, world, notes, clips, files, load_time, first_commit, has_default_lighting })

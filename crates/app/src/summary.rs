@@ -124,14 +124,14 @@ impl CameraFigures {
 impl SceneFigures {
     /// Figures of the scene in one frame.
     pub(crate) fn of(name: &str, duration_s: f64, frame: &Frame, has_default_lighting: bool, notes: &[String]) -> Self {
-        let report = frame.view.report();
+        let report = frame.snapshot.report();
         Self {
             name: name.to_owned(),
             duration_s,
             meshes: report.meshes.len(),
             triangles: report.triangles() as u64,
-            instances: frame.view.instances().len(),
-            instanced_triangles: frame.view.instances().map(|instance| instance.triangles().len() as u64).sum(),
+            instances: frame.snapshot.instances().len(),
+            instanced_triangles: frame.snapshot.instances().map(|instance| instance.triangles().len() as u64).sum(),
             has_default_lighting,
             notes: notes.to_vec(),
         }

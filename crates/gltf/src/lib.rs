@@ -41,7 +41,7 @@
 //! let mut loaded = kinetree_gltf::load("scene.glb".as_ref())?;
 //! loaded.notes.iter().for_each(|note| eprintln!("{note}"));
 //! let frame = loaded.world.frame(0.5).expect("the animation fits the scene that it came with");
-//! println!("{} instances after half a second", frame.view.instances().len());
+//! println!("{} instances after half a second", frame.snapshot.instances().len());
 //! # Ok::<(), kinetree_gltf::LoadError>(())
 //! ```
 //!

@@ -7,7 +7,7 @@
 //! ```
 //! let mut race = kinetree_race::world(1);
 //! let frame = race.frame(2.5)?;
-//! assert!(frame.view.instances().len() > 1000);
+//! assert!(frame.snapshot.instances().len() > 1000);
 //! # Ok::<(), kinetree::EditError>(())
 //! ```
 //!

@@ -12,7 +12,7 @@ const SEED: u64 = 1;
 fn fingerprint(frame: &Frame) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut eat = |bits: u32| hash = (hash ^ u64::from(bits)).wrapping_mul(0x0100_0000_01b3);
-    for instance in frame.view.instances() {
+    for instance in frame.snapshot.instances() {
         let placement = instance.world_from_object();
         eat(frame.surface_index(instance.index()).expect("every instance has a surface"));
         for column in [placement.x_axis, placement.y_axis, placement.z_axis, placement.translation] {
@@ -33,7 +33,7 @@ fn frame(world: &mut World, seconds: f64) -> Frame {
 
 /// The triangles of the smoke, which alone is rebuilt.
 fn smoke(frame: &Frame) -> usize {
-    let rebuilt = frame.view.instances().filter(|instance| instance.motion() == Motion::Dynamic);
+    let rebuilt = frame.snapshot.instances().filter(|instance| instance.motion() == Motion::Dynamic);
     rebuilt.map(|instance| instance.triangles().len()).sum()
 }
 
@@ -72,8 +72,10 @@ fn the_race_begins_again_without_a_seam() {
     // Shortly before the end everything is nearly where it is at the beginning.
     let (end, begin) = (frame(&mut race, duration - 1e-4), frame(&mut race, 0.0));
     let moving = |frame: &Frame| -> Vec<([f32; 3], Vec<[f32; 3]>)> {
-        let parts =
-            frame.view.instances().filter(|instance| matches!(instance.motion(), Motion::Rigid | Motion::Deforming));
+        let parts = frame
+            .snapshot
+            .instances()
+            .filter(|instance| matches!(instance.motion(), Motion::Rigid | Motion::Deforming));
         parts
             .map(|part| (part.world_from_object().transform_point([0.0, 0.3, 0.3]), part.positions().to_vec()))
             .collect()
@@ -88,7 +90,7 @@ fn the_race_begins_again_without_a_seam() {
 #[test]
 fn every_kind_of_motion_is_there_and_the_scenery_is_large() {
     let mut race = world(SEED);
-    let view = frame(&mut race, 0.0).view;
+    let view = frame(&mut race, 0.0).snapshot;
     let (mut seen, mut scenery) = (Vec::new(), 0);
     let mut kinds = [0; 4];
     for instance in view.instances() {
@@ -114,7 +116,7 @@ fn every_frame_commits_and_every_tree_is_sound() {
     let mut race = world(SEED);
     for step in 0..12 {
         let seconds = f64::from(step) * 1.73;
-        let view = frame(&mut race, seconds).view;
+        let view = frame(&mut race, seconds).snapshot;
         assert!(view.report().left_out.is_empty(), "at {seconds}");
         let mut last = None;
         for instance in view.instances() {
@@ -131,7 +133,7 @@ fn every_frame_commits_and_every_tree_is_sound() {
 #[test]
 fn trees_and_flags_bend_while_their_triangles_stay() {
     let mut race = world(SEED);
-    let [a, b] = [2.0, 2.6].map(|seconds| frame(&mut race, seconds).view);
+    let [a, b] = [2.0, 2.6].map(|seconds| frame(&mut race, seconds).snapshot);
     let deforming = |view: &'_ Snapshot| -> Vec<u32> {
         let parts = view.instances().filter(|instance| instance.motion() == Motion::Deforming);
         parts.map(|part| part.index()).collect()
@@ -161,7 +163,7 @@ fn every_surface_fits_its_mesh() {
     for seconds in [0.0, 7.0, 13.0] {
         let frame = frame(&mut race, seconds);
         let material_set = &frame.material_set;
-        for instance in frame.view.instances() {
+        for instance in frame.snapshot.instances() {
             let surface = frame.surface(instance.index()).expect("every instance has a surface");
             let vertices = instance.positions().len();
             if vertices > 0 {
@@ -188,7 +190,7 @@ fn the_first_camera_sees_both_cars_and_trees_at_the_start() {
     let frame = frame(&mut race, 0.0);
     assert_eq!(race.cameras[0].name, "track");
     let camera = race.camera(&race.cameras[0]).expect("it stands still");
-    let bodies = bodies(&frame.view);
+    let bodies = bodies(&frame.snapshot);
     assert_eq!(bodies.len(), 2);
     let (mut cars, mut trees) = ([0; 2], 0);
     let (width, height) = (240, 135);
@@ -198,11 +200,11 @@ fn the_first_camera_sees_both_cars_and_trees_at_the_start() {
             let across = ((column as f32 + 0.5) / width as f32 * 2.0 - 1.0) * tangent * 16.0 / 9.0;
             let up = (1.0 - (row as f32 + 0.5) / height as f32 * 2.0) * tangent;
             let ray = Ray::new(camera.position(), camera.world_from_camera.transform_vector([across, up, -1.0]));
-            let Some(hit) = frame.view.closest_hit(&ray) else { continue };
+            let Some(hit) = frame.snapshot.closest_hit(&ray) else { continue };
             for (car, &body) in bodies.iter().enumerate() {
                 cars[car] += usize::from(hit.instance_index() == body);
             }
-            trees += usize::from(frame.view.instance(&hit).motion() == Motion::Deforming);
+            trees += usize::from(frame.snapshot.instance(&hit).motion() == Motion::Deforming);
         }
     }
     assert!(cars.iter().all(|&pixels| pixels > 150), "{cars:?}");
@@ -213,7 +215,7 @@ fn the_first_camera_sees_both_cars_and_trees_at_the_start() {
 fn wheels_stand_on_the_mesh_of_the_road() {
     let mut race = world(SEED);
     for step in 0..10 {
-        let view = frame(&mut race, f64::from(step) * 2.0).view;
+        let view = frame(&mut race, f64::from(step) * 2.0).snapshot;
         let bodies = bodies(&view);
         // Each car's wheels follow its body.
         for wheel in bodies.iter().flat_map(|&body| body + 1..body + 5) {
@@ -231,7 +233,7 @@ fn wheels_stand_on_the_mesh_of_the_road() {
 #[test]
 fn every_seed_makes_a_race() {
     for seed in [0, 7, u64::MAX] {
-        let view = frame(&mut world(seed), 0.0).view;
+        let view = frame(&mut world(seed), 0.0).snapshot;
         assert!(view.instances().len() > 3000, "seed {seed}: {}", view.instances().len());
         assert!(view.report().left_out.is_empty(), "seed {seed}");
     }
@@ -241,6 +243,6 @@ fn every_seed_makes_a_race() {
 fn awkward_times_are_times() {
     let mut race = world(SEED);
     for seconds in [f64::NAN, f64::INFINITY, -1e300, 1e300, -0.0] {
-        assert!(frame(&mut race, seconds).view.instances().len() > 3000);
+        assert!(frame(&mut race, seconds).snapshot.instances().len() > 3000);
     }
 }

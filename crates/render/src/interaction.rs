@@ -38,7 +38,7 @@ pub(crate) struct SurfaceInteraction<'a> {
 impl<'a> SurfaceInteraction<'a> {
     /// For a hit of a ray of unit direction `direction`.
     pub(crate) fn new(frame: &'a Frame, hit: &Hit, direction: Vec3) -> Self {
-        let instance = frame.view.instance(hit);
+        let instance = frame.snapshot.instance(hit);
         let triangle = instance.triangles()[hit.primitive as usize].map(|vertex| vertex as usize);
         let corners = triangle.map(|vertex| Vec3::from(instance.positions()[vertex]));
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
@@ -50,8 +50,8 @@ impl<'a> SurfaceInteraction<'a> {
         let attributes = ShadingAttributes::at(frame, &instance, hit.primitive, [hit.u, hit.v]);
         let emits = front || attributes.material.two_sided;
         Self {
-            position: frame.view.position(hit).into(),
-            viewer_side_origin: frame.view.leave(hit, geometric_normal.into()).origin.into(),
+            position: frame.snapshot.position(hit).into(),
+            viewer_side_origin: frame.snapshot.leave(hit, geometric_normal.into()).origin.into(),
             geometric_normal,
             shading_normal,
             front,
@@ -74,7 +74,7 @@ impl<'a> SurfaceInteraction<'a> {
     /// direction, so that the ray does not hit the triangle again.
     pub(crate) fn offset_origin(&self, direction: Vec3) -> Vec3 {
         if self.geometric_normal.dot(direction) < 0.0 {
-            self.frame.view.leave(&self.hit, (-self.geometric_normal).into()).origin.into()
+            self.frame.snapshot.leave(&self.hit, (-self.geometric_normal).into()).origin.into()
         } else {
             self.viewer_side_origin
         }

@@ -86,7 +86,7 @@ pub fn default_lighting(world: &mut World) -> Result<bool, EditError> {
 }
 
 fn is_empty(frame: &Frame) -> bool {
-    frame.view.instances().len() == 0
+    frame.snapshot.instances().len() == 0
 }
 
 /// Makes point lights, given a position, whose irradiance at the median distance of what the camera
@@ -95,7 +95,7 @@ fn lamp_at(frame: &Frame, camera: &Camera) -> impl Fn([f32; 3]) -> Light + use<>
     let projection = CameraProjection::new(camera, 1.0);
     let mut distances: Vec<f32> = (0..64)
         .map(|i| projection.ray([(i % 8) as f32 / 8.0 + 0.0625, (i / 8) as f32 / 8.0 + 0.0625]))
-        .filter_map(|ray| frame.view.closest_hit(&ray))
+        .filter_map(|ray| frame.snapshot.closest_hit(&ray))
         .map(|hit| hit.t)
         .collect();
     distances.sort_unstable_by(f32::total_cmp);

@@ -52,7 +52,7 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
         let pixel = [(2 * column + 1) * film.width() / (2 * columns), (2 * row + 1) * film.height() / (2 * rows)];
         let at = [0, 1].map(|axis| (pixel[axis] as f32 + 0.5) / [film.width(), film.height()][axis] as f32);
         let ray = projection.ray(at);
-        let Some(hit) = frame.view.closest_hit(&ray).filter(|hit| hit.t <= reach) else { continue };
+        let Some(hit) = frame.snapshot.closest_hit(&ray).filter(|hit| hit.t <= reach) else { continue };
         let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
         metered.push(film.pixel(pixel));
         irradiance += daylight_at(frame, &lights, &point, index);
@@ -79,7 +79,7 @@ pub fn metered_exposure(frame: &Frame, camera: &Camera, film: &Film) -> f32 {
 fn daylight_at(frame: &Frame, lights: &LightTable<'_>, point: &SurfaceInteraction<'_>, seed: u32) -> f32 {
     let is_open = |direction: Vec3| {
         let ray = Ray::new(point.offset_origin(direction).into(), direction.into());
-        point.geometric_normal.dot(direction) > 0.0 && !frame.view.occluded(&ray)
+        point.geometric_normal.dot(direction) > 0.0 && !frame.snapshot.occluded(&ray)
     };
     let u = [unit_hash(2 * seed), unit_hash(2 * seed + 1)];
     let direction = Basis::around(point.shading_normal).to_world(cosine_hemisphere(u.into())).normalize();

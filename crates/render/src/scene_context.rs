@@ -38,7 +38,7 @@ impl<'a> SceneContext<'a> {
 impl SceneContext<'_> {
     /// A query with the filter, which is left out when no material has alpha.
     pub(crate) fn query<'b>(&'b self, filter: &'b (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Query<'b> {
-        let query = self.frame.view.query();
+        let query = self.frame.snapshot.query();
         if self.has_alpha { query.filter(filter) } else { query }
     }
 
@@ -55,7 +55,7 @@ impl SceneContext<'_> {
     /// The filter: whether a candidate passes the alpha test of its material.
     pub(crate) fn passes_alpha_test(&self, candidate: &Candidate<'_>, salt: u32) -> bool {
         let frame = self.frame;
-        let instance = frame.view.instance_at(candidate.instance_index());
+        let instance = frame.snapshot.instance_at(candidate.instance_index());
         if ShadingAttributes::material_at(frame, &instance, candidate.primitive()).alpha == Alpha::Opaque {
             return true;
         }

@@ -28,7 +28,7 @@ impl ThinGlass {
             material.is_some_and(|material| matches!(material.scatter, Scatter::ThinDielectric { .. }))
         };
         let mut boxes = Vec::new();
-        for instance in frame.view.instances() {
+        for instance in frame.snapshot.instances() {
             let Some(surface) = frame.surface(instance.index()) else { continue };
             if !surface.parts.iter().any(|part| is_thin_glass(Some(part.material))) {
                 continue;

@@ -21,7 +21,7 @@ fn shows(frame: &Frame, camera: &Camera, center: [f32; 3], distance: f32) -> f32
     for i in 0..40 * 40 {
         let (x, y) = ((i % 40) as f32 / 20.0 - 0.975, (i / 40) as f32 / 20.0 - 0.975);
         let ray = Ray::new(camera.position(), placement.transform_vector([x * half, y * half, -1.0]));
-        if let Some(hit) = frame.view.closest_hit(&ray) {
+        if let Some(hit) = frame.snapshot.closest_hit(&ray) {
             let at = ray.at(hit.t);
             let apart: f32 = (0..3).map(|axis| (at[axis] - center[axis]).powi(2)).sum();
             count += u32::from(apart < distance * distance);

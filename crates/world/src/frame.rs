@@ -11,7 +11,7 @@ use crate::{Light, MaterialBindings, MaterialSet, Sky, Surface};
 #[derive(Clone)]
 pub struct Frame {
     /// The geometry.
-    pub view: Snapshot,
+    pub snapshot: Snapshot,
     /// Materials and textures.
     pub material_set: Arc<MaterialSet>,
     /// The lights that are not surfaces, world space.
@@ -29,7 +29,7 @@ impl Frame {
     /// material.
     pub fn new(snapshot: Snapshot) -> Self {
         Self {
-            view: snapshot,
+            snapshot,
             material_set: Arc::default(),
             lights: Vec::new(),
             sky: Sky::default(),
@@ -41,7 +41,7 @@ impl Frame {
     /// Gives the instances of the frame the surfaces that they are bound to.
     #[must_use]
     pub fn with_materials(mut self, material_set: Arc<MaterialSet>, bindings: &mut MaterialBindings) -> Self {
-        self.surfaces = bindings.resolve(&self.view);
+        self.surfaces = bindings.resolve(&self.snapshot);
         self.material_set = material_set;
         self
     }

@@ -26,19 +26,19 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
     }
     let frame = opened.frame(args.time)?;
     let duration = opened.world.animation.duration();
-    let meshes = meshes(&frame.view, &opened.world.scene);
+    let meshes = meshes(&frame.snapshot, &opened.world.scene);
     let inspection = Inspection {
         scene: SceneFigures::of(&opened.name, duration, &frame, opened.has_default_lighting, &opened.notes),
         time_s: args.time,
         load_ms: millis(opened.load_time),
         first_commit: CommitFigures::of(&opened.first_commit),
-        commit: CommitFigures::of(frame.view.report()),
-        memory: MemoryFigures::of(frame.view.report(), &frame.material_set),
+        commit: CommitFigures::of(frame.snapshot.report()),
+        memory: MemoryFigures::of(frame.snapshot.report(), &frame.material_set),
         appearance: AppearanceFigures::of(&frame),
         cameras: opened.world.cameras.iter().map(|source| source.name.clone()).collect(),
         clips: opened.clips.iter().map(ClipFigures::of).collect(),
         motions: MOTIONS.map(|(motion, name)| MotionFigures::of(&meshes, motion, name)).into(),
-        top_level: TreeFigures::of_top_level(frame.view.top_level()),
+        top_level: TreeFigures::of_top_level(frame.snapshot.top_level()),
         meshes,
     };
     report(&inspection, || inspection.text(if args.all { usize::MAX } else { SHOWN }), common, false)?;

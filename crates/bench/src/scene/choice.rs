@@ -58,7 +58,7 @@ fn load(path: &Path) -> Result<World, Failure> {
 /// A world at a time, seen by its first camera, or, if it has none, by one that shows most of it.
 fn of_world(mut world: World, time: f64) -> Result<BenchScene, Failure> {
     let frame = world.frame(time)?;
-    let soup = Soup::flatten(&frame.view);
+    let soup = Soup::flatten(&frame.snapshot);
     let camera = match world.cameras.first().cloned() {
         Some(source) => world.camera(&source)?,
         None => default_camera(&frame, 1.0),

@@ -66,7 +66,7 @@ fn survive(bytes: &[u8]) -> bool {
         Ok(mut loaded) => {
             for seconds in [0.0, 0.4] {
                 if let Ok(frame) = loaded.world.frame(seconds) {
-                    frame.view.instances().for_each(|instance| instance.bvh().validate().expect("a sound tree"));
+                    frame.snapshot.instances().for_each(|instance| instance.bvh().validate().expect("a sound tree"));
                 }
             }
             true

@@ -457,7 +457,7 @@ fn a_world_shows_what_a_scene_shows() {
         let mut world = asset.into_world().expect("it fits").world;
         for seconds in [0.0, 0.3, 0.9, 2.0] {
             loaded.player.go_to(&mut scene, &Clip::Together, seconds).expect("it is in the scene");
-            let (found, wanted) = (scene.commit(), world.frame(seconds).expect("it fits").view);
+            let (found, wanted) = (scene.commit(), world.frame(seconds).expect("it fits").snapshot);
             assert!(answers(&found) == answers(&wanted), "at {seconds}");
             let vertices = |view: &Snapshot| shown(view).into_iter().map(|(vertices, ..)| vertices).collect::<Vec<_>>();
             assert_eq!(vertices(&found), vertices(&wanted), "at {seconds}");

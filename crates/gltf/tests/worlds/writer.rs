@@ -198,12 +198,12 @@ impl TempFolder {
 /// The scene at a time; everything that is in it is sound.
 pub(crate) fn frame(loaded: &mut LoadedWorld, seconds: f64) -> Snapshot {
     let frame = loaded.world.frame(seconds).unwrap_or_else(|error| panic!("at {seconds}: {error}"));
-    for instance in frame.view.instances() {
+    for instance in frame.snapshot.instances() {
         instance.bvh().validate().unwrap_or_else(|violation| panic!("at {seconds}: {violation}"));
         assert!(frame.surface(instance.index()).is_some());
         assert_eq!(instance.user_id(), 0, "user ids are the caller's");
     }
-    frame.view
+    frame.snapshot
 }
 
 /// The world positions of the vertices of every instance, by instance.

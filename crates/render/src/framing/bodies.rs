@@ -58,10 +58,10 @@ impl Body {
 
 /// The moving bodies, the largest first.
 pub(super) fn moving_bodies(frame: &Frame) -> Vec<Body> {
-    let count = frame.view.instances().filter(moves).count();
+    let count = frame.snapshot.instances().filter(moves).count();
     let every = count.div_ceil(MOST_INSTANCES).max(1);
     let mut instances: Vec<Body> =
-        frame.view.instances().filter(moves).step_by(every).filter_map(|instance| Body::of(&instance)).collect();
+        frame.snapshot.instances().filter(moves).step_by(every).filter_map(|instance| Body::of(&instance)).collect();
     instances.sort_by(|a, b| b.size().total_cmp(&a.size()));
     join(instances)
 }

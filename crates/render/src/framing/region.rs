@@ -173,12 +173,12 @@ pub(super) fn around(points: &[Vec3]) -> (Vec3, Vec3) {
 /// Triangles at even strides through all instances, in order. Those without area are nothing to
 /// look at.
 fn samples(frame: &Frame) -> Vec<Sample> {
-    let total: usize = frame.view.instances().map(|instance| instance.triangles().len()).sum();
+    let total: usize = frame.snapshot.instances().map(|instance| instance.triangles().len()).sum();
     let stride = total.div_ceil(SAMPLES).max(1);
     let mut samples = Vec::new();
     // Where the next sample lies, counted from the first triangle of the instance.
     let mut next = 0;
-    for instance in frame.view.instances() {
+    for instance in frame.snapshot.instances() {
         let (triangles, placement) = (instance.triangles(), instance.world_from_object());
         while next < triangles.len() {
             let corners = triangles[next]

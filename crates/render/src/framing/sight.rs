@@ -37,7 +37,7 @@ pub(super) struct Sight {
 /// Whether nothing stands between a camera and a place on a surface, up to just before it.
 pub(super) fn is_open(frame: &Frame, camera: &Camera, place: Vec3) -> bool {
     let eye = Vec3::from(camera.position());
-    !frame.view.occluded(&Ray::new(eye.into(), (place - eye).into()).with_range(0.0, 0.99))
+    !frame.snapshot.occluded(&Ray::new(eye.into(), (place - eye).into()).with_range(0.0, 0.99))
 }
 
 impl Sight {
@@ -49,7 +49,7 @@ impl Sight {
             for column in 0..GRID[0] {
                 let at = [(column as f32 + 0.5) / GRID[0] as f32, (row as f32 + 0.5) / GRID[1] as f32];
                 let ray = projection.ray(at);
-                if let Some(hit) = frame.view.closest_hit(&ray) {
+                if let Some(hit) = frame.snapshot.closest_hit(&ray) {
                     let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
                     let in_middle = (at[0] - 0.5).abs() < 0.25 && (at[1] - 0.5).abs() < 0.25;
                     sight.note(&point, hit.t / scale, in_middle);

@@ -80,12 +80,12 @@ impl Subject {
 impl Shown {
     fn of(frame: &Frame, body: &Body, count: usize) -> Self {
         let mut places = Vec::new();
-        let triangles = |part: &u32| frame.view.instance_at(*part).triangles().len();
+        let triangles = |part: &u32| frame.snapshot.instance_at(*part).triangles().len();
         let stride = body.parts.iter().map(triangles).sum::<usize>().div_ceil(count).max(1);
         // Where the next place lies, counted from the first triangle of the part.
         let mut next = stride / 2;
         for &part in &body.parts {
-            let instance = frame.view.instance_at(part);
+            let instance = frame.snapshot.instance_at(part);
             while next < instance.triangles().len() {
                 let corners = instance.triangles()[next].map(|vertex| {
                     Vec3::from(instance.world_from_object().transform_point(instance.positions()[vertex as usize]))
@@ -101,9 +101,9 @@ impl Shown {
 
 /// Whether there is nothing to see but what moves.
 fn is_all(frame: &Frame, bodies: &[Body]) -> bool {
-    let total: usize = frame.view.instances().map(|instance| instance.triangles().len()).sum();
+    let total: usize = frame.snapshot.instances().map(|instance| instance.triangles().len()).sum();
     let (min, max) = around(bodies);
-    let everything = frame.view.bounds();
+    let everything = frame.snapshot.bounds();
     let all = Vec3::from(everything.max).distance(everything.min.into());
     triangles(bodies) > NEARLY_ALL * total as f32 && min.distance(max) > ALL_ROUND * all
 }

@@ -15,7 +15,7 @@ pub struct Motions;
 impl FirstHitShader for Motions {
     fn color(&self, context: &SceneContext<'_>, ray: &Ray, point: Option<&SurfaceInteraction<'_>>) -> [f32; 3] {
         let Some(point) = point else { return BACKGROUND };
-        let color = match context.frame().view.instance_at(point.instance).motion() {
+        let color = match context.frame().snapshot.instance_at(point.instance).motion() {
             Motion::Static => Vec3::new(0.45, 0.45, 0.45),
             Motion::Rigid => Vec3::new(0.08, 0.25, 0.85),
             Motion::Deforming => Vec3::new(0.1, 0.6, 0.12),

@@ -34,7 +34,7 @@ pub(super) fn collect(frame: &Frame) -> Vec<Emitter> {
         frame.material_set.materials.get(material as usize).is_some_and(|material| material.is_emissive())
     };
     let mut emitters = Vec::new();
-    for instance in frame.view.instances() {
+    for instance in frame.snapshot.instances() {
         let Some(surface) = frame.surface(instance.index()) else { continue };
         let count = instance.triangles().len() as u32;
         for (run, material) in runs(surface, count) {
@@ -106,7 +106,7 @@ impl Emitter {
         let [a, b, c] = self.corners;
         let at = a * (1.0 - v - w) + b * v + c * w;
         let front = self.normal.dot(from - at) > 0.0;
-        let instance = frame.view.instance_at(self.instance);
+        let instance = frame.snapshot.instance_at(self.instance);
         let attributes = ShadingAttributes::at(frame, &instance, self.primitive, [v, w]);
         if !front && !attributes.material.two_sided {
             return None;

@@ -70,7 +70,7 @@ impl<'a> LightTable<'a> {
     /// Collects all lights of a frame.
     pub(crate) fn new(frame: &'a Frame) -> Self {
         let emitters = emitters::collect(frame);
-        let mut of_instance = vec![0..0; frame.view.instances().len()];
+        let mut of_instance = vec![0..0; frame.snapshot.instances().len()];
         let mut start = 0;
         for run in emitters.chunk_by(|a, b| a.instance == b.instance) {
             let end = start + run.len() as u32;
