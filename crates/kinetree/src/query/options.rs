@@ -181,7 +181,7 @@ impl<'a> Query<'a> {
         self.trace(ray, Wanted::All, work).map_or_else(Vec::new, |collector| collector.all_hits(self.world.stamp))
     }
 
-    /// The slow twin: the same questions, answered by looking at every triangle.
+    /// The slow twin: the same queries, answered by testing every triangle.
     pub fn brute_force(self) -> BruteForce<'a> {
         BruteForce(self)
     }

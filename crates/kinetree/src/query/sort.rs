@@ -21,7 +21,7 @@ pub const BLOCK: usize = 1 << 20;
 /// How many rays are fetched together: they stay in the first cache.
 pub const FETCHED: usize = 256;
 
-/// Rays that are traced to see how dear they are.
+/// Rays that are traced to estimate the cost of a ray.
 const SAMPLES: usize = 64;
 
 /// Nodes and leaves that a ray has to visit, as a rule, for its order to matter. Sorting, fetching and putting away take 40 to 50 ns a ray.

@@ -1,4 +1,5 @@
-//! The walk through an eight-way tree, for one ray: eight boxes at a step, the nearest child first, or where any hit will do the one that is soonest looked through.
+//! The walk through an eight-way tree, for one ray: a step tests eight boxes. The nearest child is
+//! visited first; in any-hit queries, the one whose subtree is expected to cost least.
 
 use std::ops::ControlFlow;
 

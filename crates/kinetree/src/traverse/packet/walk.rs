@@ -1,4 +1,5 @@
-//! The walk through an eight-way tree, for a packet: the child that may be entered first comes first, or where any hit will do the one that is soonest looked through.
+//! The walk through an eight-way tree, for a packet. The child that the packet may enter first is
+//! visited first; in any-hit queries, the one whose subtree is expected to cost least.
 
 use super::super::choose::{Entry, choose, choose_in_order};
 use super::interval::Interval;
