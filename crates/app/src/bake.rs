@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use kinetree::build::{self, BuildOptions, BuildProgress, Cancelled, Quality};
 use kinetree::geometry::Triangles;
-use kinetree::{Mesh, MeshBvh, Motion, TreeFile};
+use kinetree::{Mesh, MeshBvh, Motion, Scene, TreeFile};
 use serde::Serialize;
 
 use crate::args::{BakeArgs, Common};
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
         quality: "best",
         threads: rayon::current_num_threads(),
         meshes: loaded.world.scene.meshes().count(),
-        left_out: loaded.world.scene.meshes().filter(|(_, _, motion)| !is_baked(*motion)).count(),
+        left_out: meshes_of(&loaded.world.scene).filter(|(_, motion)| !is_baked(*motion)).count(),
         load_ms: millis(loaded.load_time),
         bake_ms: millis(start.elapsed()),
         trees: figures,
@@ -56,11 +56,16 @@ pub(crate) fn run(args: &BakeArgs, common: &Common) -> Result<(), Failure> {
     report(&summary, || summary.to_string(), common, is_output_taken)
 }
 
+/// Every mesh of a scene, and how it moves.
+fn meshes_of(scene: &Scene) -> impl Iterator<Item = (&Mesh, Motion)> {
+    scene.meshes().filter_map(|id| Some((scene.mesh(id).ok()?, scene.motion(id).ok()?)))
+}
+
 /// Builds one tree for each distinct mesh that does not deform.
 fn bake_all(loaded: &LoadedScene, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<TreeFigures>), Failure> {
     let mut wanted: Vec<(&Mesh, Motion, Vec<usize>)> = Vec::new();
     let mut place_of: HashMap<u64, usize> = HashMap::new();
-    for (number, (_, mesh, motion)) in loaded.world.scene.meshes().enumerate() {
+    for (number, (mesh, motion)) in meshes_of(&loaded.world.scene).enumerate() {
         if is_baked(motion) {
             let place = *place_of.entry(mesh.fingerprint()).or_insert(wanted.len());
             match wanted.get_mut(place) {

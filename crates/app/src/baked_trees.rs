@@ -37,8 +37,9 @@ impl BakedTrees {
         let meshes: Vec<_> = scene
             .meshes()
             .enumerate()
-            .filter(|(_, (_, _, motion))| is_baked(*motion))
-            .map(|(number, (id, mesh, motion))| {
+            .filter_map(|(number, id)| Some((number, id, scene.mesh(id).ok()?, scene.motion(id).ok()?)))
+            .filter(|(.., motion)| is_baked(*motion))
+            .map(|(number, id, mesh, motion)| {
                 let triangles = figures::of(mesh.triangles().len() as u64, "triangle", "triangles");
                 (id, mesh.fingerprint(), format!("mesh {number} of {name} ({}, {triangles})", name_of(motion)))
             })

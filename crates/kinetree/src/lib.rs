@@ -59,7 +59,7 @@ pub mod scene;
 pub mod tree_file;
 
 pub use build::{BuildOptions, BuildProgress, Cancelled, Quality};
-pub use geometry::{Aabb, Affine, Precision, Ray};
+pub use geometry::{Aabb, Affine, Interpolate, Precision, Ray};
 pub use query::{Candidate, Coherence, Cull, Hit, Query};
 pub use scene::{
     EditError, ForeignHit, FrameReport, Indices, InstanceId, InstanceView, Mesh, MeshError, MeshId, MeshReport,

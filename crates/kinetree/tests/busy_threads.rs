@@ -43,7 +43,7 @@ fn scene(threads: Threads) -> Scene {
 fn commit_twice(scene: &mut Scene) -> [Snapshot; 2] {
     let first = scene.commit();
     let mut random = Random::new(8);
-    let moved: Vec<_> = scene.meshes().map(|(id, mesh, _)| (id, mesh.positions().to_vec())).collect();
+    let moved: Vec<_> = scene.meshes().map(|id| (id, scene.mesh(id).unwrap().positions().to_vec())).collect();
     for (mesh, mut positions) in moved {
         positions.iter_mut().for_each(|position| position[1] += random.within(-0.1, 0.1));
         scene.set_positions(mesh, &positions).unwrap();

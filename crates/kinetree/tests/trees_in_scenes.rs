@@ -77,7 +77,7 @@ fn a_scene_goes_on_from_a_loaded_tree_as_from_a_built_one() {
     };
     for positions in [&bent, &torn] {
         let views = [&mut built, &mut loaded].map(|scene| {
-            let meshes: Vec<_> = scene.meshes().map(|(mesh, _, _)| mesh).collect();
+            let meshes: Vec<_> = scene.meshes().collect();
             meshes.iter().for_each(|&mesh| scene.set_positions(mesh, positions).unwrap());
             scene.commit()
         });

@@ -5,7 +5,7 @@ mod text;
 
 use std::collections::HashMap;
 
-use kinetree::{MeshId, MeshView, Motion, Scene, Snapshot};
+use kinetree::{MeshId, MeshView, Motion, Snapshot};
 use kinetree_gltf::ClipInfo;
 use kinetree_world::Frame;
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &InspectArgs, common: &Common) -> Result<(), Failure> {
     }
     let frame = opened.frame(args.time)?;
     let duration = opened.world.animation.duration();
-    let meshes = meshes(&frame.snapshot, &opened.world.scene);
+    let meshes = meshes(&frame.snapshot);
     let inspection = Inspection {
         scene: SceneFigures::of(&opened.name, duration, &frame, opened.has_default_lighting, &opened.notes),
         time_s: args.time,
@@ -129,15 +129,14 @@ impl MeshFigures {
 }
 
 /// The figures of all meshes of the scene.
-fn meshes(view: &Snapshot, scene: &Scene) -> Vec<MeshFigures> {
+fn meshes(view: &Snapshot) -> Vec<MeshFigures> {
     // Only looked up, never iterated: the order of a hash map varies.
     let mut instances: HashMap<MeshId, usize> = HashMap::new();
     for instance in view.instances() {
         *instances.entry(instance.mesh_id()).or_insert(0) += 1;
     }
-    let reports = view.report().meshes.iter();
-    let figures = |(number, ((mesh, report), (_, _, motion)))| {
-        let (mesh, report): (MeshView<'_>, &kinetree::MeshReport) = (mesh, report);
+    let figures = |(number, mesh): (usize, MeshView<'_>)| {
+        let report = mesh.report();
         MeshFigures {
             number,
             triangles: report.triangles,
@@ -145,13 +144,14 @@ fn meshes(view: &Snapshot, scene: &Scene) -> Vec<MeshFigures> {
             action: report.action.to_string(),
             reason: report.reason.to_string(),
             drift: report.drift,
-            seen: seen(&mesh, motion),
+            seen: seen(&mesh),
         }
     };
-    view.meshes().zip(reports).zip(scene.meshes()).enumerate().map(figures).collect()
+    view.meshes().enumerate().map(figures).collect()
 }
 
-fn seen(mesh: &MeshView<'_>, kind: Motion) -> SeenMesh {
+fn seen(mesh: &MeshView<'_>) -> SeenMesh {
+    let kind = mesh.motion();
     SeenMesh {
         motion: name_of(kind),
         kind,

@@ -1,13 +1,11 @@
 //! Bringing every tree up to date, and taking a snapshot.
 
 use std::collections::HashSet;
-use std::sync::Arc;
 
-use super::below::HierarchyCache;
-use super::edit::Scene;
+use super::contents::Scene;
 use super::frame::{Frame, PlacedInstance};
+use super::graph::resolve;
 use super::mesh_state::MeshState;
-use super::published::Publisher;
 use super::report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
 use super::snapshot::Snapshot;
 use super::top_level;
@@ -16,18 +14,8 @@ use crate::geometry::inverse::Inverse;
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine};
 use crate::handle::MeshId;
-use crate::traverse::{FrameStamp, MeshFrame};
+use crate::traverse::FrameStamp;
 use crate::wide::InstanceRecord;
-
-/// What a scene keeps from commit to commit.
-#[derive(Debug, Default)]
-pub(crate) struct History {
-    frames: Publisher<Frame>,
-    hierarchy: HierarchyCache,
-    count: u64,
-    /// Stands in for a mesh that was removed.
-    nothing: Arc<MeshFrame>,
-}
 
 impl Scene {
     /// Carries out what was edited: meshes are kept, refitted or rebuilt as their [`Motion`](crate::Motion) and their drift ask for, then the
@@ -78,7 +66,7 @@ impl Scene {
         for (_, mesh) in self.meshes.iter() {
             mesh.prepare_first_build(&threads);
         }
-        let handles: Vec<MeshId> = self.meshes.iter().map(|(slot, _)| self.meshes.handle_of(slot).into()).collect();
+        let handles: Vec<MeshId> = self.meshes.handles().map(MeshId).collect();
         let mut work: Vec<(MeshId, &mut MeshState, Option<MeshReport>)> =
             handles.into_iter().zip(self.meshes.iter_mut()).map(|(id, (_, mesh))| (id, mesh, None)).collect();
         threads.for_each(&mut work, 1, &|_, (id, mesh, report)| *report = Some(mesh.commit(*id, &threads)));
@@ -87,7 +75,7 @@ impl Scene {
 
     /// Fills instance records and world boxes; says who was left out, and the further error of rays from far away.
     fn place_instances(&mut self, frame: &mut Frame) -> (Vec<super::InstanceId>, FarRays) {
-        let resolved = self.resolved();
+        let resolved = resolve(&self.nodes);
         frame.placed.clear();
         frame.boxes.clear();
         frame.world.instances.clear();
@@ -99,7 +87,10 @@ impl Scene {
         frame.world.meshes.resize(self.meshes.end(), self.history.nothing.clone());
         frame.owners.resize(self.meshes.end(), None);
         frame.normals.resize(self.meshes.end(), None);
-        for (slot, mesh) in self.meshes.iter() {
+        // By slot, indices into the report: meshes are reported in the order of their slots.
+        let mut reported = vec![0_u32; self.meshes.end()];
+        for (index, (slot, mesh)) in (0..).zip(self.meshes.iter()) {
+            reported[slot as usize] = index;
             if let Some(posed) = mesh.current() {
                 let id = self.meshes.handle_of(slot).into();
                 frame.world.meshes[slot as usize] = posed.clone();
@@ -108,9 +99,8 @@ impl Scene {
             }
         }
         let (mut left_out, mut skewed) = (Vec::new(), Vec::new());
-        let handles: Vec<_> = self.instances.iter().map(|(slot, _)| self.instances.handle_of(slot)).collect();
+        let handles: Vec<_> = self.instances.handles().collect();
         for (handle, (_, instance)) in handles.into_iter().zip(self.instances.iter_mut()) {
-            let Ok(mesh) = self.meshes.get(instance.mesh) else { continue };
             let placement = resolved[instance.node as usize].then(&instance.placement);
             let world_from_object = placement.transform;
             // Inverses are kept while nothing moves.
@@ -150,8 +140,7 @@ impl Scene {
             frame.world.numbers.push(frame.world.hierarchy.number_of(handle.slot));
             frame.placed.push(PlacedInstance {
                 id: handle.into(),
-                mesh: instance.mesh.into(),
-                motion: mesh.motion,
+                mesh: reported[mesh_at as usize],
                 world_from_object,
             });
         }

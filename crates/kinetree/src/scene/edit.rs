@@ -1,74 +1,17 @@
 //! Edits: recorded, checked at once, and carried out by the next commit.
 
-use std::fmt;
-
-use super::commit::History;
-use super::graph::{Instance, Node, Placement, resolve};
-use super::input::check_finite;
+use super::contents::Scene;
+use super::error::EditError;
+use super::graph::{Instance, Node, Placement};
+use super::input::{Indices, Positions, check_finite};
+use super::mesh::Mesh;
 use super::mesh_state::MeshState;
 use super::pose::{OwnedPose, Pose};
-use super::slots::{Slots, fresh_scene_number};
-use super::{EditError, Indices, Mesh, Positions};
 use crate::geometry::Affine;
 use crate::handle::{InstanceId, MeshId, NodeId, Placed};
-use crate::threads::Threads;
 use crate::update::Motion;
 
-/// Meshes, and where they stand.
-///
-/// Every edit either succeeds or leaves the scene as it was. No edit is seen by a snapshot that was taken before.
-pub struct Scene {
-    pub(crate) meshes: Slots<MeshState>,
-    pub(crate) nodes: Slots<Node>,
-    pub(crate) instances: Slots<Instance>,
-    root: NodeId,
-    pub(crate) threads: Threads,
-    pub(crate) history: History,
-}
-
-/// In short: how much there is in it.
-impl fmt::Debug for Scene {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Scene")
-            .field("meshes", &self.meshes.iter().count())
-            .field("nodes", &self.nodes.iter().count())
-            .field("instances", &self.instances.iter().count())
-            .finish_non_exhaustive()
-    }
-}
-
-impl Default for Scene {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Scene {
-    /// An empty scene, which shares its work between all threads.
-    pub fn new() -> Self {
-        Self::with_threads(Threads::default())
-    }
-
-    /// An empty scene, with a say in where commits run.
-    pub fn with_threads(threads: Threads) -> Self {
-        let number = fresh_scene_number();
-        let mut nodes = Slots::new(number);
-        let root = nodes.insert(Node::root()).expect("an empty scene has room for its root");
-        Self {
-            meshes: Slots::new(number),
-            nodes,
-            instances: Slots::new(number),
-            root: root.into(),
-            threads,
-            history: History::default(),
-        }
-    }
-
-    /// The node that everything hangs on. It cannot be moved.
-    pub fn root(&self) -> NodeId {
-        self.root
-    }
-
     /// Adds a mesh, which is seen where it is instanced.
     ///
     /// # Errors
@@ -76,11 +19,6 @@ impl Scene {
     #[doc(alias = "BLAS")]
     pub fn add_mesh(&mut self, mesh: Mesh, motion: Motion) -> Result<MeshId, EditError> {
         Ok(self.meshes.insert(MeshState::new(mesh, motion))?.into())
-    }
-
-    /// All meshes as they were handed over, in the order of their handles, and how they move.
-    pub fn meshes(&self) -> impl Iterator<Item = (MeshId, &Mesh, Motion)> {
-        self.meshes.iter().map(|(slot, living)| (self.meshes.handle_of(slot).into(), living.mesh(), living.motion))
     }
 
     /// A tree that [`Mesh::bake`] gave earlier for this mesh. The next commit takes it instead of building one, as with [`Mesh::with_tree`].
@@ -140,7 +78,7 @@ impl Scene {
         {
             return Err(EditError::Root);
         }
-        self.placement(what)?.transform = transform;
+        self.placement_mut(what)?.transform = transform;
         Ok(())
     }
 
@@ -149,7 +87,7 @@ impl Scene {
     /// # Errors
     /// A stale or foreign handle.
     pub fn set_mask(&mut self, what: impl Into<Placed>, mask: u32) -> Result<(), EditError> {
-        self.placement(what.into())?.mask = mask;
+        self.placement_mut(what.into())?.mask = mask;
         Ok(())
     }
 
@@ -158,7 +96,7 @@ impl Scene {
     /// # Errors
     /// A stale or foreign handle.
     pub fn set_user_id(&mut self, what: impl Into<Placed>, user_id: u32) -> Result<(), EditError> {
-        self.placement(what.into())?.user_id = Some(user_id);
+        self.placement_mut(what.into())?.user_id = Some(user_id);
         Ok(())
     }
 
@@ -279,31 +217,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Where a node stands now, edits since the last commit included.
-    ///
-    /// # Errors
-    /// A stale or foreign handle.
-    pub fn world_from_node(&self, node: NodeId) -> Result<Affine, EditError> {
-        let mut at = self.nodes.get(node.0)?;
-        let mut path = vec![at.placement.transform];
-        while let Some(parent) = at.parent.and_then(|slot| self.nodes.at(slot)) {
-            at = parent;
-            path.push(at.placement.transform);
-        }
-        // From the root down, as a commit does it, so that both round alike.
-        Ok(path.into_iter().rev().reduce(|outer, inner| outer * inner).unwrap_or_default())
-    }
-
-    /// Another say in where commits run, from the next one on. The trees do not depend on it.
-    pub fn set_threads(&mut self, threads: Threads) {
-        self.threads = threads;
-    }
-
-    pub(crate) fn resolved(&self) -> Vec<Placement> {
-        resolve(&self.nodes)
-    }
-
-    fn placement(&mut self, what: Placed) -> Result<&mut Placement, EditError> {
+    fn placement_mut(&mut self, what: Placed) -> Result<&mut Placement, EditError> {
         match what {
             Placed::Node(node) => Ok(&mut self.nodes.get_mut(node.0)?.placement),
             Placed::Instance(instance) => Ok(&mut self.instances.get_mut(instance.0)?.placement),

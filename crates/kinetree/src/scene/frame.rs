@@ -10,7 +10,6 @@ use super::slots::Slots;
 use crate::geometry::{Aabb, Affine};
 use crate::handle::{InstanceId, MeshId};
 use crate::traverse::FrameBvh;
-use crate::update::Motion;
 
 /// A frame: what rays are traced against, and whom hits belong to.
 #[derive(Debug, Default)]
@@ -43,8 +42,8 @@ pub(crate) struct FrameNormals {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlacedInstance {
     pub(crate) id: InstanceId,
-    pub(crate) mesh: MeshId,
-    pub(crate) motion: Motion,
+    /// Index of its mesh in the report of the frame.
+    pub(crate) mesh: u32,
     pub(crate) world_from_object: Affine,
 }
 

@@ -32,6 +32,7 @@ impl MeshState {
         let clock = Clock::start();
         let mut report = MeshReport {
             mesh: id,
+            motion: self.motion,
             action: Action::Kept,
             reason: Reason::NothingChanged,
             triangles: self.data().triangles.len(),

@@ -3,13 +3,16 @@
 //! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `mesh_commit` for one mesh and
 //! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`published`, and `ring` for the buffers of one mesh).
 
-mod below;
 mod commit;
+mod contents;
 mod edit;
 mod error;
 mod frame;
 mod graph;
+mod hierarchy_cache;
+mod history;
 mod input;
+mod lookup;
 mod mesh_state;
 mod members;
 mod mesh;
@@ -18,16 +21,19 @@ mod offset;
 mod pose;
 mod published;
 mod report;
+mod resolve;
 mod ring;
 mod slots;
 mod snapshot;
 mod top_level;
+mod views;
 
 pub use crate::handle::{InstanceId, MeshId, NodeId, Placed};
-pub use edit::Scene;
+pub use contents::Scene;
 pub use error::{EditError, ForeignHit, MeshError};
 pub use input::{Indices, Positions};
 pub use mesh::Mesh;
 pub use pose::{MorphTarget, Pose, Skin};
 pub use report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
-pub use snapshot::{InstanceView, MeshView, Snapshot};
+pub use snapshot::Snapshot;
+pub use views::{InstanceView, MeshView};

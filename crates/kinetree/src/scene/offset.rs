@@ -10,7 +10,6 @@
 
 use glam::{DMat3, DVec3};
 
-use super::snapshot::InstanceView;
 use crate::geometry::{Affine, Precision, Ray, Triangle, UNIT_ROUNDOFF};
 use crate::wide::InstanceRecord;
 
@@ -61,13 +60,12 @@ pub(super) fn along(world_from_object: &Affine, triangle: &Triangle, [u, v]: [f3
 /// The ray in a direction that starts at the place of a hit, just off the surface, on the side that the direction points
 /// to.
 pub(super) fn leave(
-    view: &InstanceView<'_>,
+    world_from_object: &Affine,
     record: &InstanceRecord,
     (triangle, precision): (&Triangle, Precision),
     [u, v]: [f32; 2],
     direction: [f32; 3],
 ) -> Ray {
-    let world_from_object = view.world_from_object();
     if record.in_double {
         return leave_in_world(triangle, world_from_object, [u, v], direction);
     }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use crate::handle::{InstanceId, MeshId};
-use crate::update::{Action, Reason};
+use crate::update::{Action, Motion, Reason};
 
 /// What a commit did. Durations are `None` where there is no clock.
 #[derive(Debug, Clone, Default)]
@@ -32,13 +32,15 @@ pub struct FrameReport {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct MeshReport {
-    /// Which.
+    /// The mesh.
     pub mesh: MeshId,
-    /// What.
+    /// How it was announced to move.
+    pub motion: Motion,
+    /// What the commit did.
     pub action: Action,
-    /// Why.
+    /// Why it did so.
     pub reason: Reason,
-    /// How many there are now.
+    /// How many triangles the mesh has now.
     pub triangles: usize,
     /// How much more work a ray is than through a good tree for the same pose, as a ratio. Of a tree that was rebuilt for it
     /// ([`Reason::Drifted`], [`Reason::BetterTreeFound`]): the drift that caused it, and from the next commit on that of the new tree. Estimated by

@@ -102,6 +102,11 @@ impl<T> Slots<T> {
         Handle { slot, generation: self.slots[slot as usize].generation, scene: self.scene }
     }
 
+    /// The handles of all values, by slot number.
+    pub(crate) fn handles(&self) -> impl Iterator<Item = Handle> {
+        self.iter().map(|(slot, _)| self.handle_of(slot))
+    }
+
     /// Slot numbers and values, by number.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &T)> {
         self.slots.iter().zip(0..).filter_map(|(slot, number)| Some((number, slot.value.as_ref()?)))
