@@ -1,7 +1,7 @@
 //! Reading numbers out of buffers.
 //!
-//! glTF 2.0 specification, section 3.6.2. Everything is checked before it is used: views lie
-//! within buffers, elements within views, and sparse indices within the accessor.
+//! glTF 2.0 specification, section 3.6.2. Everything is checked before it is used: views lie within
+//! buffers, elements within views, and sparse indices within the accessor.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// Vectors of `N` whole numbers that have no sign.
+    /// Vectors of `N` unsigned integers.
     pub(crate) fn integers<const N: usize>(
         &self,
         index: Index<Accessor>,
@@ -81,7 +81,7 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// How many numbers each element of an accessor has.
+    /// The type of the elements of an accessor.
     pub(crate) fn element_type(&self, index: Index<Accessor>, from: &Item) -> Result<ElementType, Problem> {
         match self.document.get(index, "accessor", from)?.element_type {
             ElementType::Unknown => Err(Item::new("accessor", index.value()).invalid("has an unknown type")),

@@ -124,11 +124,11 @@ impl Container {
 #[derive(PartialEq, Eq, Hash)]
 enum BufferKey<'a> {
     Uri(&'a str),
-    /// In its one true spelling.
+    /// The canonical path.
     File(PathBuf),
 }
 
-/// Reads a whole file, and only a file: a device or a pipe could go on for ever.
+/// Reads a whole file, and only a file: a device or a pipe may have no end.
 fn read(path: &Path) -> io::Result<Vec<u8>> {
     let length = std::fs::metadata(path)?;
     if !length.is_file() {

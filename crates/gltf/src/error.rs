@@ -46,7 +46,7 @@ pub enum Problem {
         /// The reason.
         error: io::Error,
     },
-    /// A reference that is no relative path and no data URI, or is misspelt.
+    /// A URI that is neither a relative path nor data, or is malformed.
     #[error("refers to {uri}, which {reason}")]
     Uri {
         /// As written in the file.
@@ -86,7 +86,7 @@ pub enum Problem {
     /// It would take far more memory than its size can justify.
     #[error("asks for more data than a file of its size can hold, first in {0}")]
     TooLarge(Item),
-    /// The asked-for animation is not there.
+    /// The file has no such animation.
     #[error("has no animation {asked}: it has {}", known_clips(.known, *.count))]
     NoClip {
         /// The index or name.

@@ -52,7 +52,7 @@ const CONSEQUENCES: [(&str, &str); 18] = [
     ("EXT_meshopt_compression", "meshes are read from their uncompressed data"),
 ];
 
-/// Notes the extensions that the file uses and does not get.
+/// Notes the extensions of the file that are not supported.
 ///
 /// # Errors
 /// A required extension without which the scene cannot be shown.

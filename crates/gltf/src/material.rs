@@ -114,10 +114,10 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// The share of light that passes through, as far as it can be shown: all or nothing.
+/// Whether light passes through: all of it, or none.
 fn is_transmissive(json: &json::Material) -> bool {
     let transmission = json.extensions.as_ref().and_then(|extensions| extensions.transmission.as_ref());
-    // A factor that is no number is none.
+    // A factor that is NaN counts as zero.
     transmission.is_some_and(|transmission| transmission.transmission_factor >= 0.5)
 }
 
@@ -206,7 +206,7 @@ fn alpha(json: &json::Material, item: &Item) -> Result<Alpha, Problem> {
             if !cutoff.is_finite() {
                 return Err(item.invalid("has an alpha cutoff without bounds"));
             }
-            // A cutoff above one hides everything, which an alpha of at most one cannot reach.
+            // A cutoff above one hides everything, since alpha is at most one.
             Ok(Alpha::Mask { cutoff: cutoff.max(0.0) })
         }
         AlphaMode::Blend => Ok(Alpha::Blend),

@@ -45,7 +45,7 @@ fn counted(path: &Path, options: &Options) -> (Result<LoadedWorld, String>, usiz
     (loaded, most.max(0) as usize, held.max(0) as usize)
 }
 
-/// A file that says one thing over and over, a megabyte of it.
+/// A megabyte of JSON that repeats one element.
 fn repeated(before: &str, what: &str, after: &str) -> String {
     const LENGTH: usize = 1 << 20;
     let mut text = format!("{{\"asset\":{{\"version\":\"2.0\"}},{before}");
@@ -133,7 +133,7 @@ fn a_file_that_is_named_in_many_ways_is_read_once() {
     assert!(loaded.is_ok() && most < 3 * BYTES, "{most} bytes, {:?}", loaded.err());
 }
 
-/// A triangle that wears an image, in a folder with it.
+/// A textured triangle, in a folder with its image.
 fn textured(folder: &Path, image: &DynamicImage, format: ImageFormat) -> std::path::PathBuf {
     image.save_with_format(folder.join("image"), format).expect("the temporary folder can be written");
     let text = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
@@ -193,7 +193,7 @@ fn an_image_beyond_the_bound_is_not_decoded() {
     }
 }
 
-/// One after the other: what is counted is what the process allocates.
+/// One after the other, since the allocations of the whole process are counted.
 #[test]
 fn memory_is_bounded_by_what_is_loaded() {
     json_takes_at_most_60_bytes_for_each_of_its_own();

@@ -1,11 +1,10 @@
-//! Files that mean harm, or have met with it: an error or a world, never a panic, and never for
-//! long.
+//! Malicious and damaged files: an error or a world, never a panic, and never for long.
 
 use serde_json::{Value, json};
 
 use crate::writer::{TRIANGLE, Writer, frame, load_bytes};
 
-/// A small file with something of everything.
+/// A small file that uses every feature.
 fn everything() -> Writer {
     let mut writer = Writer::new();
     let positions = writer.vec3(&TRIANGLE);
@@ -85,11 +84,11 @@ fn a_file_that_was_cut_off_is_an_error_at_every_length() {
     for length in 0..file.len() {
         assert!(!survive(&file[..length]), "{length} of {} bytes were taken for a file", file.len());
     }
-    // A file that admits its length, so that what is missing is noticed later.
+    // With the length of the cut file in the header, so that what is missing is noticed later.
     for length in (12..file.len()).step_by(3) {
         let mut cut = file[..length].to_vec();
         cut[8..12].copy_from_slice(&(length as u32).to_le_bytes());
-        assert!(!survive(&cut), "{length} of {} bytes, as the file admits, were taken for a file", file.len());
+        assert!(!survive(&cut), "{length} of {} bytes, as its header says, were taken for a file", file.len());
     }
 }
 
@@ -261,7 +260,7 @@ fn a_hundred_thousand_nodes_may_be_nested() {
 }
 
 #[test]
-fn what_is_used_over_and_over_is_paid_for_over_and_over() {
+fn data_counts_against_the_budget_each_time_it_is_used() {
     // A thousand primitives of one megabyte each, all with the same bytes but with accessors of
     // their own.
     let mut writer = Writer::new();
@@ -278,7 +277,7 @@ fn what_is_used_over_and_over_is_paid_for_over_and_over() {
 }
 
 #[test]
-fn morph_targets_of_nothing_are_paid_for() {
+fn empty_morph_targets_count_against_the_budget() {
     let mut writer = Writer::new();
     let positions = writer.floats("VEC3", &vec![0.0; 3 << 12]);
     let targets = vec![json!({}); 1 << 14];

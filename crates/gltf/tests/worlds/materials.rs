@@ -229,7 +229,7 @@ fn only_what_has_holes_is_not_opaque() {
 }
 
 #[test]
-fn what_a_file_asks_for_and_does_not_get_is_said_once() {
+fn properties_that_are_not_supported_are_noted_once() {
     let glossy = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.5, "roughnessFactor": 0.2 },
         "normalTexture": { "index": 0 }, "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 1 } } });
     let mut writer = dressed(glossy.clone());

@@ -86,11 +86,10 @@ fn the_front_of_a_skinned_mesh_follows_the_determinant_of_its_node() {
         ([1, 1, 1], [1, 1, 1], [-1, 1, 1], above),
         ([1, 1, 1], [1, 1, 1], [-1, -1, 1], above),
         ([1, 1, 1], [1, 1, 1], [1, 1, -1], below),
-        // The corners run on as before, but for a node that mirrors, the front is where they run
-        // clockwise.
+        // The winding stays, but for a node that mirrors, the front is where it is clockwise.
         ([1, 1, 1], [-1, 1, 1], [1, 1, 1], below),
         ([1, 1, 1], [-1, -1, -1], [1, 1, 1], below),
-        // The corners run the other way, and the node does not know.
+        // The joint reverses the winding, and the node of the mesh does not.
         ([-1, 1, 1], [1, 1, 1], [1, 1, 1], below),
         // A node without a size mirrors nothing.
         ([1, 1, 1], [0, 0, 0], [1, 1, 1], above),
@@ -314,7 +313,7 @@ fn instances_of_a_node_stand_where_their_attributes_say() {
 }
 
 #[test]
-fn instances_of_a_moving_or_bending_node_move_and_bend_with_it() {
+fn instances_of_an_animated_or_deformed_node_move_and_deform_with_it() {
     let mut writer = slope();
     let aside = writer.vec3(&[[0.0; 3], [10.0, 0.0, 0.0]]);
     writer.json["nodes"][0]["extensions"] =

@@ -28,7 +28,7 @@ impl Writer {
         self
     }
 
-    /// Appends to one of the top-level arrays; returns the place.
+    /// Appends to one of the top-level arrays; returns the index.
     pub(crate) fn push(&mut self, array: &str, value: Value) -> usize {
         if self.json[array].is_null() {
             self.json[array] = json!([]);
