@@ -222,11 +222,11 @@ impl Bins {
     #[inline(always)]
     fn add<I: Isa>(&mut self, isa: I, binning: &Binning, reference: &Reference) {
         let bins = binning.bins(reference);
-        let lanes = isa.xor_sign(isa.load8(reference.lanes()), &LOWER_END);
+        let lanes = isa.xor_sign(isa.load(reference.lanes()), &LOWER_END);
         for axis in 0..3 {
             let bin = bins[axis] & (MAX_BINS - 1);
             let slot = &mut self.boxes[axis][bin];
-            *slot = isa.store8(isa.max8(lanes, isa.load8(slot)));
+            *slot = isa.store(isa.max(lanes, isa.load(slot)));
             self.counts[axis][bin] += 1;
         }
     }

@@ -59,11 +59,11 @@ impl PacketHits {
         let mut lanes = hits.lanes;
         if self.wants_any {
             // A ray that has hit anything wants nothing any more.
-            isa.store_masked16(&mut self.t_max.0[row], lanes, isa.splat16(f32::NEG_INFINITY));
+            isa.store_masked(&mut self.t_max.0[row], lanes, isa.splat(f32::NEG_INFINITY));
             self.found |= u64::from(lanes) << (16 * row);
             return;
         }
-        let mut ties = lanes & isa.eq16(hits.t, isa.load16(&self.t_max.0[row]));
+        let mut ties = lanes & isa.eq(hits.t, isa.load(&self.t_max.0[row]));
         while ties != 0 {
             let lane = ties.trailing_zeros() as usize & 15;
             ties &= ties - 1;
@@ -74,11 +74,11 @@ impl PacketHits {
             }
         }
         let [u, v] = hits.weights(isa);
-        isa.store_masked16(&mut self.t_max.0[row], lanes, hits.t);
-        isa.store_masked16(&mut self.u.0[row], lanes, u);
-        isa.store_masked16(&mut self.v.0[row], lanes, v);
-        isa.store_masked16(&mut self.primitive.0[row], lanes, isa.splat16(f32::from_bits(primitive)));
-        isa.store_masked16(&mut self.instance.0[row], lanes, isa.splat16(f32::from_bits(instance)));
+        isa.store_masked(&mut self.t_max.0[row], lanes, hits.t);
+        isa.store_masked(&mut self.u.0[row], lanes, u);
+        isa.store_masked(&mut self.v.0[row], lanes, v);
+        isa.store_masked(&mut self.primitive.0[row], lanes, isa.splat(f32::from_bits(primitive)));
+        isa.store_masked(&mut self.instance.0[row], lanes, isa.splat(f32::from_bits(instance)));
         let lanes = u64::from(lanes) << (16 * row);
         self.found |= lanes;
         self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;

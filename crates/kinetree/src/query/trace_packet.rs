@@ -163,10 +163,10 @@ impl<I: Isa, const WATERTIGHT: bool> PacketVisitor<I> for BottomLevelVisitor<'_,
                     continue;
                 }
                 for lane in 0..block.count as usize {
-                    let mut corners = [[isa.splat16(0.0); 3]; 3];
+                    let mut corners = [[isa.splat(0.0); 3]; 3];
                     for corner in 0..3 {
                         for axis in 0..3 {
-                            corners[corner][axis] = isa.splat16(block.corners[corner][axes[axis] % 3][lane & 3]);
+                            corners[corner][axis] = isa.splat(block.corners[corner][axes[axis] % 3][lane & 3]);
                         }
                     }
                     let primitive = block.primitives[lane & 3];
@@ -245,7 +245,7 @@ impl<'a, const WATERTIGHT: bool> BottomLevelVisitor<'a, WATERTIGHT> {
 
     /// Decides without rounding errors what single precision cannot.
     #[cold]
-    fn test_exactly(&mut self, row: usize, lanes: u16, primitive: u32) {
+    fn test_exactly(&mut self, row: usize, lanes: u32, primitive: u32) {
         for ray in (0..16).filter(|lane| lanes >> lane & 1 == 1).map(|lane| row * 16 + lane) {
             let local = self.rays.ray(ray);
             let triangle = self.counts.instance.mesh.triangles.get(primitive);
@@ -270,7 +270,7 @@ struct Counts<'a> {
 impl Counts<'_> {
     /// The lanes of a row whose hits count.
     #[inline(always)]
-    fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u16 {
+    fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u32 {
         let lanes = match self.rules.cull {
             Cull::None => hits.lanes,
             Cull::Back => hits.lanes & !hits.back,
@@ -280,18 +280,18 @@ impl Counts<'_> {
             return lanes;
         }
         let [u, v] = hits.weights(isa);
-        let columns = [isa.store16(hits.t), isa.store16(u), isa.store16(v)];
+        let columns = [isa.store(hits.t), isa.store(u), isa.store(v)];
         self.accepted((row, lanes), &columns, hits.back, primitive)
     }
 
     #[inline(never)]
-    fn accepted(&self, (row, lanes): (usize, u16), [t, u, v]: &[Row; 3], back: u16, primitive: u32) -> u16 {
+    fn accepted(&self, (row, lanes): (usize, u32), [t, u, v]: &[Row; 3], back: u32, primitive: u32) -> u32 {
         let (mut left, mut accepted) = (lanes, 0);
         while left != 0 {
             let lane = left.trailing_zeros() as usize & 15;
             left &= left - 1;
             let hit = TriangleHit { t: t.0[lane], u: u.0[lane], v: v.0[lane], back: back >> lane & 1 == 1 };
-            accepted |= u16::from(self.is_accepted(row * 16 + lane, &hit, primitive)) << lane;
+            accepted |= u32::from(self.is_accepted(row * 16 + lane, &hit, primitive)) << lane;
         }
         accepted
     }

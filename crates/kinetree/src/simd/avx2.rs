@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::x86::words_of_avx2;
-use super::{Isa, Kernel, Row};
+use super::x86::{operations_of_avx2, register};
+use super::{Isa, Kernel, Lanes, Row};
 
 /// Exists only where the processor has AVX2.
 #[derive(Clone, Copy)]
@@ -31,12 +31,116 @@ impl Avx2 {
     }
 }
 
+register! {
+    Avx2, __m128, [f32; 4],
+    _mm_set1_ps, _mm_loadu_ps, _mm_storeu_ps, _mm_add_ps, _mm_sub_ps, _mm_mul_ps, _mm_div_ps,
+    _mm_fmsub_ps, _mm_fmadd_ps, _mm_fnmadd_ps, _mm_max_ps, _mm_min_ps,
+    |x| _mm_andnot_ps(_mm_set1_ps(-0.0), x), |a, b| _mm_movemask_ps(_mm_cmple_ps(a, b)) as u32
+}
+
+register! {
+    Avx2, __m256, [f32; 8],
+    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps,
+    _mm256_fmsub_ps, _mm256_fmadd_ps, _mm256_fnmadd_ps, _mm256_max_ps, _mm256_min_ps,
+    |x| _mm256_andnot_ps(_mm256_set1_ps(-0.0), x),
+    |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32
+}
+
+/// Sixteen lanes are two registers.
+impl Lanes<Avx2> for [__m256; 2] {
+    type Array = Row;
+
+    #[inline(always)]
+    fn splat(isa: Avx2, x: f32) -> Self {
+        [isa.splat(x); 2]
+    }
+
+    #[inline(always)]
+    fn load(_: Avx2, x: &Row) -> Self {
+        // SAFETY: the level proves AVX2; sixteen floats are read from a row of sixteen, which is aligned to
+        // 64 bytes.
+        unsafe { [_mm256_load_ps(x.0.as_ptr()), _mm256_load_ps(x.0.as_ptr().add(8))] }
+    }
+
+    #[inline(always)]
+    fn store(self, _: Avx2) -> Row {
+        let mut out = Row([0.0; 16]);
+        // SAFETY: the level proves AVX2; sixteen floats are written to a row of sixteen, which is aligned
+        // to 64 bytes.
+        unsafe {
+            _mm256_store_ps(out.0.as_mut_ptr(), self[0]);
+            _mm256_store_ps(out.0.as_mut_ptr().add(8), self[1]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn add(self, isa: Avx2, b: Self) -> Self {
+        [self[0].add(isa, b[0]), self[1].add(isa, b[1])]
+    }
+
+    #[inline(always)]
+    fn sub(self, isa: Avx2, b: Self) -> Self {
+        [self[0].sub(isa, b[0]), self[1].sub(isa, b[1])]
+    }
+
+    #[inline(always)]
+    fn mul(self, isa: Avx2, b: Self) -> Self {
+        [self[0].mul(isa, b[0]), self[1].mul(isa, b[1])]
+    }
+
+    #[inline(always)]
+    fn div(self, isa: Avx2, b: Self) -> Self {
+        [self[0].div(isa, b[0]), self[1].div(isa, b[1])]
+    }
+
+    #[inline(always)]
+    fn max(self, isa: Avx2, b: Self) -> Self {
+        [self[0].max(isa, b[0]), self[1].max(isa, b[1])]
+    }
+
+    #[inline(always)]
+    fn min(self, isa: Avx2, b: Self) -> Self {
+        [self[0].min(isa, b[0]), self[1].min(isa, b[1])]
+    }
+
+    #[inline(always)]
+    fn mul_sub(self, isa: Avx2, b: Self, c: Self) -> Self {
+        [self[0].mul_sub(isa, b[0], c[0]), self[1].mul_sub(isa, b[1], c[1])]
+    }
+
+    #[inline(always)]
+    fn mul_add(self, isa: Avx2, b: Self, c: Self) -> Self {
+        [self[0].mul_add(isa, b[0], c[0]), self[1].mul_add(isa, b[1], c[1])]
+    }
+
+    #[inline(always)]
+    fn fused(self, isa: Avx2, b: Self, c: Self) -> Self {
+        [self[0].fused(isa, b[0], c[0]), self[1].fused(isa, b[1], c[1])]
+    }
+
+    #[inline(always)]
+    fn fused_less(self, isa: Avx2, b: Self, c: Self) -> Self {
+        [self[0].fused_less(isa, b[0], c[0]), self[1].fused_less(isa, b[1], c[1])]
+    }
+
+    #[inline(always)]
+    fn abs(self, isa: Avx2) -> Self {
+        [self[0].abs(isa), self[1].abs(isa)]
+    }
+
+    #[inline(always)]
+    fn le(self, isa: Avx2, b: Self) -> u32 {
+        self[0].le(isa, b[0]) | self[1].le(isa, b[1]) << 8
+    }
+}
+
 impl Isa for Avx2 {
     type F8 = __m256;
     type F4 = __m128;
     type F16 = [__m256; 2];
 
-    words_of_avx2!();
+    operations_of_avx2!();
 
     #[inline(always)]
     fn zip_u64(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
@@ -49,18 +153,6 @@ impl Isa for Avx2 {
             _mm256_storeu_si256(out.as_mut_ptr().add(4).cast(), _mm256_permute2x128_si256::<0x31>(even, odd));
         }
         out
-    }
-
-    #[inline(always)]
-    fn le8(self, a: __m256, b: __m256) -> u8 {
-        // SAFETY: `self` proves AVX2.
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u8 }
-    }
-
-    #[inline(always)]
-    fn le4(self, a: __m128, b: __m128) -> u8 {
-        // SAFETY: `self` proves AVX2.
-        unsafe { _mm_movemask_ps(_mm_cmple_ps(a, b)) as u8 }
     }
 
     #[inline(always)]
@@ -79,94 +171,7 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
-    fn splat16(self, x: f32) -> [__m256; 2] {
-        [self.splat8(x); 2]
-    }
-
-    #[inline(always)]
-    fn load16(self, x: &Row) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2; sixteen floats are read from a row of sixteen, which is aligned to 64 bytes.
-        unsafe { [_mm256_load_ps(x.0.as_ptr()), _mm256_load_ps(x.0.as_ptr().add(8))] }
-    }
-
-    #[inline(always)]
-    fn store16(self, x: [__m256; 2]) -> Row {
-        let mut out = Row([0.0; 16]);
-        // SAFETY: `self` proves AVX2; sixteen floats are written to a row of sixteen, which is aligned to 64 bytes.
-        unsafe {
-            _mm256_store_ps(out.0.as_mut_ptr(), x[0]);
-            _mm256_store_ps(out.0.as_mut_ptr().add(8), x[1]);
-        }
-        out
-    }
-
-    #[inline(always)]
-    fn add16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2.
-        unsafe { [_mm256_add_ps(a[0], b[0]), _mm256_add_ps(a[1], b[1])] }
-    }
-
-    #[inline(always)]
-    fn sub16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2.
-        unsafe { [_mm256_sub_ps(a[0], b[0]), _mm256_sub_ps(a[1], b[1])] }
-    }
-
-    #[inline(always)]
-    fn mul16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2.
-        unsafe { [_mm256_mul_ps(a[0], b[0]), _mm256_mul_ps(a[1], b[1])] }
-    }
-
-    #[inline(always)]
-    fn div16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2.
-        unsafe { [_mm256_div_ps(a[0], b[0]), _mm256_div_ps(a[1], b[1])] }
-    }
-
-    #[inline(always)]
-    fn abs16(self, x: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2.
-        unsafe {
-            let sign = _mm256_set1_ps(-0.0);
-            [_mm256_andnot_ps(sign, x[0]), _mm256_andnot_ps(sign, x[1])]
-        }
-    }
-
-    #[inline(always)]
-    fn mul_sub16(self, a: [__m256; 2], b: [__m256; 2], c: [__m256; 2]) -> [__m256; 2] {
-        [self.mul_sub8(a[0], b[0], c[0]), self.mul_sub8(a[1], b[1], c[1])]
-    }
-
-    #[inline(always)]
-    fn fused16(self, a: [__m256; 2], b: [__m256; 2], c: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2 and FMA.
-        unsafe { [_mm256_fmadd_ps(a[0], b[0], c[0]), _mm256_fmadd_ps(a[1], b[1], c[1])] }
-    }
-
-    #[inline(always)]
-    fn fused_less16(self, a: [__m256; 2], b: [__m256; 2], c: [__m256; 2]) -> [__m256; 2] {
-        // SAFETY: `self` proves AVX2 and FMA.
-        unsafe { [_mm256_fnmadd_ps(a[0], b[0], c[0]), _mm256_fnmadd_ps(a[1], b[1], c[1])] }
-    }
-
-    #[inline(always)]
-    fn max16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        [self.max8(a[0], b[0]), self.max8(a[1], b[1])]
-    }
-
-    #[inline(always)]
-    fn min16(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        [self.min8(a[0], b[0]), self.min8(a[1], b[1])]
-    }
-
-    #[inline(always)]
-    fn le16(self, a: [__m256; 2], b: [__m256; 2]) -> u16 {
-        u16::from(self.le8(a[0], b[0])) | u16::from(self.le8(a[1], b[1])) << 8
-    }
-
-    #[inline(always)]
-    fn eq16(self, a: [__m256; 2], b: [__m256; 2]) -> u16 {
+    fn eq(self, a: [__m256; 2], b: [__m256; 2]) -> u32 {
         // SAFETY: `self` proves AVX2.
         let (low, high) = unsafe {
             (
@@ -174,6 +179,6 @@ impl Isa for Avx2 {
                 _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(a[1], b[1])),
             )
         };
-        low as u16 & 0xff | (high as u16) << 8
+        low as u32 | (high as u32) << 8
     }
 }

@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::x86::words_of_avx2;
-use super::{Isa, Kernel, Row};
+use super::x86::{operations_of_avx2, register};
+use super::{Isa, Kernel, Lanes, Row};
 
 /// Exists only where the processor has AVX-512VL.
 #[derive(Clone, Copy)]
@@ -35,12 +35,33 @@ impl Avx512 {
     }
 }
 
+register! {
+    Avx512, __m128, [f32; 4],
+    _mm_set1_ps, _mm_loadu_ps, _mm_storeu_ps, _mm_add_ps, _mm_sub_ps, _mm_mul_ps, _mm_div_ps,
+    _mm_fmsub_ps, _mm_fmadd_ps, _mm_fnmadd_ps, _mm_max_ps, _mm_min_ps,
+    |x| _mm_andnot_ps(_mm_set1_ps(-0.0), x), |a, b| _mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b).into()
+}
+
+register! {
+    Avx512, __m256, [f32; 8],
+    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps,
+    _mm256_fmsub_ps, _mm256_fmadd_ps, _mm256_fnmadd_ps, _mm256_max_ps, _mm256_min_ps,
+    |x| _mm256_andnot_ps(_mm256_set1_ps(-0.0), x), |a, b| _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b).into()
+}
+
+register! {
+    Avx512, __m512, Row,
+    _mm512_set1_ps, _mm512_load_ps, _mm512_store_ps, _mm512_add_ps, _mm512_sub_ps, _mm512_mul_ps, _mm512_div_ps,
+    _mm512_fmsub_ps, _mm512_fmadd_ps, _mm512_fnmadd_ps, _mm512_max_ps, _mm512_min_ps,
+    |x| _mm512_abs_ps(x), |a, b| _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b).into()
+}
+
 impl Isa for Avx512 {
     type F8 = __m256;
     type F4 = __m128;
     type F16 = __m512;
 
-    words_of_avx2!();
+    operations_of_avx2!();
 
     #[inline(always)]
     fn zip_u64(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
@@ -56,18 +77,6 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
-    fn le8(self, a: __m256, b: __m256) -> u8 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
-    }
-
-    #[inline(always)]
-    fn le4(self, a: __m128, b: __m128) -> u8 {
-        // SAFETY: `self` proves AVX-512VL.
-        unsafe { _mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
-    }
-
-    #[inline(always)]
     fn load3(self, x: &[f32; 3]) -> __m128 {
         // SAFETY: `self` proves AVX-512VL; a lane that is masked out is not read, so only the three of the array are.
         unsafe { _mm_maskz_loadu_ps(0b111, x.as_ptr()) }
@@ -80,100 +89,14 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
-    fn splat16(self, x: f32) -> __m512 {
+    fn eq(self, a: __m512, b: __m512) -> u32 {
         // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_set1_ps(x) }
+        unsafe { _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, b) }.into()
     }
 
     #[inline(always)]
-    fn load16(self, x: &Row) -> __m512 {
-        // SAFETY: `self` proves AVX-512F; sixteen floats are read from a row of sixteen, which is aligned to 64 bytes.
-        unsafe { _mm512_load_ps(x.0.as_ptr()) }
-    }
-
-    #[inline(always)]
-    fn store16(self, x: __m512) -> Row {
-        let mut out = Row([0.0; 16]);
-        // SAFETY: `self` proves AVX-512F; sixteen floats are written to a row of sixteen, which is aligned to 64 bytes.
-        unsafe { _mm512_store_ps(out.0.as_mut_ptr(), x) };
-        out
-    }
-
-    #[inline(always)]
-    fn add16(self, a: __m512, b: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_add_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn sub16(self, a: __m512, b: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_sub_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn mul16(self, a: __m512, b: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_mul_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn div16(self, a: __m512, b: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_div_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn abs16(self, x: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_abs_ps(x) }
-    }
-
-    #[inline(always)]
-    fn mul_sub16(self, a: __m512, b: __m512, c: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_fmsub_ps(a, b, c) }
-    }
-
-    #[inline(always)]
-    fn fused16(self, a: __m512, b: __m512, c: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_fmadd_ps(a, b, c) }
-    }
-
-    #[inline(always)]
-    fn fused_less16(self, a: __m512, b: __m512, c: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_fnmadd_ps(a, b, c) }
-    }
-
-    #[inline(always)]
-    fn max16(self, a: __m512, b: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_max_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn min16(self, a: __m512, b: __m512) -> __m512 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_min_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn le16(self, a: __m512, b: __m512) -> u16 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
-    }
-
-    #[inline(always)]
-    fn eq16(self, a: __m512, b: __m512) -> u16 {
-        // SAFETY: `self` proves AVX-512F.
-        unsafe { _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, b) }
-    }
-
-    #[inline(always)]
-    fn store_masked16(self, place: &mut Row, mask: u16, x: __m512) {
+    fn store_masked(self, to: &mut Row, mask: u32, x: __m512) {
         // SAFETY: `self` proves AVX-512F; only floats of the row are written, which is aligned to 64 bytes.
-        unsafe { _mm512_mask_store_ps(place.0.as_mut_ptr(), mask, x) };
+        unsafe { _mm512_mask_store_ps(to.0.as_mut_ptr(), mask as u16, x) };
     }
 }

@@ -31,135 +31,178 @@ pub(crate) use avx512::Avx512;
 pub(crate) use neon::Neon;
 pub(crate) use scalar::Scalar;
 
-/// The words that kernels are written in: sixteen, eight or four lanes of `f32`, and masks with a
-/// bit per lane.
+/// A register, or a few of them, whose lanes are `f32`: the arithmetic that all widths have in common.
 ///
-/// Arithmetic rounds as IEEE 754 says and gives the same bits on every level, each operation
-/// rounded once, but for `mul_sub` and `mul_add`, which may round once or twice and differ from
-/// level to level. `max` and `min` give the second operand when one is not a number.
-pub(crate) trait Isa: Copy {
-    /// Eight lanes.
-    type F8: Copy;
-    /// Four lanes.
-    type F4: Copy;
-    /// Sixteen lanes: a row of a packet of rays.
-    type F16: Copy;
+/// It rounds as IEEE 754 says and gives the same bits on every level, each operation rounded once, but
+/// for `mul_sub` and `mul_add`, which may round once or twice and differ from level to level. The `isa`
+/// that every function takes proves that the processor has its instructions.
+pub(crate) trait Lanes<I>: Copy {
+    /// The lanes in memory.
+    type Array: Copy;
 
-    fn splat8(self, x: f32) -> Self::F8;
-    fn load8(self, x: &[f32; 8]) -> Self::F8;
-    fn store8(self, x: Self::F8) -> [f32; 8];
-    /// `a * b - c`. Rounded once or twice: only where an error bound allows for both.
-    fn mul_sub8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
-    /// `a * b + c`. Rounded once or twice: only where an error bound allows for both.
-    fn mul_add8(self, a: Self::F8, b: Self::F8, c: Self::F8) -> Self::F8;
-    fn max8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-    fn min8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-    /// With other signs, in the lanes whose words have their first bit.
-    fn xor_sign(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8;
-    fn le8(self, a: Self::F8, b: Self::F8) -> u8;
-    fn add8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-    fn sub8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-    fn mul8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-    /// Of each word, the bits from `SHIFT` on that `MASK` has, as a number below 2^24.
-    fn extract_bits<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8;
-    /// Asks for the cache lines of an item that will be needed; there need not be one with that number.
+    fn splat(isa: I, x: f32) -> Self;
+    fn load(isa: I, x: &Self::Array) -> Self;
+    fn store(self, isa: I) -> Self::Array;
+    fn add(self, isa: I, b: Self) -> Self;
+    fn sub(self, isa: I, b: Self) -> Self;
+    fn mul(self, isa: I, b: Self) -> Self;
+    fn div(self, isa: I, b: Self) -> Self;
+    fn mul_sub(self, isa: I, b: Self, c: Self) -> Self;
+    fn mul_add(self, isa: I, b: Self, c: Self) -> Self;
+    fn fused(self, isa: I, b: Self, c: Self) -> Self;
+    fn fused_less(self, isa: I, b: Self, c: Self) -> Self;
+    fn max(self, isa: I, b: Self) -> Self;
+    fn min(self, isa: I, b: Self) -> Self;
+    fn abs(self, isa: I) -> Self;
+    fn le(self, isa: I, b: Self) -> u32;
+}
+
+/// The vocabulary that kernels are written in: arithmetic for any number of lanes, and a few operations
+/// on four, eight or sixteen. Masks have a bit per lane.
+pub(crate) trait Isa: Copy {
+    /// Four lanes.
+    type F4: Lanes<Self, Array = [f32; 4]>;
+    /// Eight lanes.
+    type F8: Lanes<Self, Array = [f32; 8]>;
+    /// Sixteen lanes: a row of a packet of rays.
+    type F16: Lanes<Self, Array = Row>;
+
     #[inline(always)]
-    fn prefetch<T>(self, _items: &[T], _at: usize) {}
+    fn splat<V: Lanes<Self>>(self, x: f32) -> V {
+        V::splat(self, x)
+    }
+    #[inline(always)]
+    fn load<V: Lanes<Self>>(self, x: &V::Array) -> V {
+        V::load(self, x)
+    }
+    #[inline(always)]
+    fn store<V: Lanes<Self>>(self, x: V) -> V::Array {
+        x.store(self)
+    }
+    #[inline(always)]
+    fn add<V: Lanes<Self>>(self, a: V, b: V) -> V {
+        a.add(self, b)
+    }
+    #[inline(always)]
+    fn sub<V: Lanes<Self>>(self, a: V, b: V) -> V {
+        a.sub(self, b)
+    }
+    #[inline(always)]
+    fn mul<V: Lanes<Self>>(self, a: V, b: V) -> V {
+        a.mul(self, b)
+    }
+    #[inline(always)]
+    fn div<V: Lanes<Self>>(self, a: V, b: V) -> V {
+        a.div(self, b)
+    }
+    /// `a * b - c`, rounded once or twice: only where an error bound allows for both.
+    #[inline(always)]
+    fn mul_sub<V: Lanes<Self>>(self, a: V, b: V, c: V) -> V {
+        a.mul_sub(self, b, c)
+    }
+    /// `a * b + c`, rounded once or twice: only where an error bound allows for both.
+    #[inline(always)]
+    fn mul_add<V: Lanes<Self>>(self, a: V, b: V, c: V) -> V {
+        a.mul_add(self, b, c)
+    }
+    /// `a * b + c`, rounded once.
+    #[inline(always)]
+    fn fused<V: Lanes<Self>>(self, a: V, b: V, c: V) -> V {
+        a.fused(self, b, c)
+    }
+    /// `c - a * b`, rounded once.
+    #[inline(always)]
+    fn fused_less<V: Lanes<Self>>(self, a: V, b: V, c: V) -> V {
+        a.fused_less(self, b, c)
+    }
+    /// The larger one; `b` where one is NaN.
+    #[inline(always)]
+    fn max<V: Lanes<Self>>(self, a: V, b: V) -> V {
+        a.max(self, b)
+    }
+    /// The smaller one; `b` where one is NaN.
+    #[inline(always)]
+    fn min<V: Lanes<Self>>(self, a: V, b: V) -> V {
+        a.min(self, b)
+    }
+    #[inline(always)]
+    fn abs<V: Lanes<Self>>(self, x: V) -> V {
+        x.abs(self)
+    }
+    /// The lanes where `a <= b`.
+    #[inline(always)]
+    fn le<V: Lanes<Self>>(self, a: V, b: V) -> u32 {
+        a.le(self, b)
+    }
+
+    /// The larger one by bits as signed integers, in one cycle instead of four: right for floats unless
+    /// both are negative.
+    fn max_bits(self, a: Self::F8, b: Self::F8) -> Self::F8;
+    /// The smaller one by bits as signed integers: right for floats unless both are negative.
+    fn min_bits(self, a: Self::F8, b: Self::F8) -> Self::F8;
+    /// The lanes where `a < b` by bits as signed integers. For an `a` that is neither negative nor NaN,
+    /// this is right for floats.
+    fn lt_bits(self, a: Self::F8, b: Self::F8) -> u32;
+    /// Flips the signs of lanes whose words have bit 31 set.
+    fn xor_sign(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8;
+    /// `words >> SHIFT & MASK`, as floats. `MASK` is below 2^24.
+    fn extract_bits<const SHIFT: i32, const MASK: u32>(self, words: &[u32; 8]) -> Self::F8;
+    /// Lane by lane, the bits of `upper` above a word of `lower`.
+    fn zip_u64(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8];
     /// The first three lanes of eight points, as three rows.
     fn transpose_xyz(self, points: &[Self::F4; 8]) -> [Self::F8; 3];
+    /// One lane of four, in eight lanes.
+    fn spread8<const LANE: i32>(self, x: Self::F4) -> Self::F8;
 
-    fn splat4(self, x: f32) -> Self::F4;
-    fn load4(self, x: &[f32; 4]) -> Self::F4;
-    /// As `load4`, a number at a time: what has just been written in pieces is not waited for, as it is by a load that spans them.
+    /// As `load`, lane by lane: a vector load of what has just been stored in parts would have to wait
+    /// for the stores.
     #[inline(always)]
-    fn load4_elementwise(self, x: &[f32; 4]) -> Self::F4 {
-        self.load4(x)
+    fn load_elementwise(self, x: &[f32; 4]) -> Self::F4 {
+        self.load(x)
     }
-    fn store4(self, x: Self::F4) -> [f32; 4];
-    fn add4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    fn sub4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    fn mul4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    fn div4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    /// `a * b - c`. Rounded once or twice: only where an error bound allows for both.
-    fn mul_sub4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
-    /// `a * b + c`, rounded once.
-    fn fused4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
-    /// `c - a * b`, rounded once.
-    fn fused_less4(self, a: Self::F4, b: Self::F4, c: Self::F4) -> Self::F4;
-    fn max4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    fn abs4(self, x: Self::F4) -> Self::F4;
-    /// The largest of the first three lanes by size, in all lanes; what is no number is larger than all.
+    /// Three lanes and a zero. Nothing behind the three is read.
+    fn load3(self, x: &[f32; 3]) -> Self::F4;
+    /// The largest magnitude of the first three lanes, in all lanes; NaN is larger than all.
     fn largest_of_three(self, x: Self::F4) -> Self::F4;
     /// The first lane.
     fn first(self, x: Self::F4) -> f32;
-    /// Lanes in another order, each number below four.
-    fn permute4(self, x: Self::F4, order: &[u32; 4]) -> Self::F4;
-    /// One lane in all.
+    /// `x[order[lane]]` in each lane.
+    fn permute(self, x: Self::F4, order: &[u32; 4]) -> Self::F4;
+    /// One lane in all lanes.
     fn spread4<const LANE: i32>(self, x: Self::F4) -> Self::F4;
-    /// The sign of each lane, one bit each.
-    fn signs4(self, x: Self::F4) -> u8;
+    /// The lanes whose sign bit is set.
+    fn signs(self, x: Self::F4) -> u32;
     /// With another last lane.
-    fn with_last4(self, x: Self::F4, last: f32) -> Self::F4;
-    /// One lane of four, in eight lanes.
-    fn spread8<const LANE: i32>(self, x: Self::F4) -> Self::F8;
-    fn le4(self, a: Self::F4, b: Self::F4) -> u8;
-    fn min4(self, a: Self::F4, b: Self::F4) -> Self::F4;
-    /// Three lanes; the fourth is zero. Nothing behind the three is read.
-    fn load3(self, x: &[f32; 3]) -> Self::F4;
+    fn with_last(self, x: Self::F4, last: f32) -> Self::F4;
     /// The first `count` lanes of `a`, the others of `rest`.
     fn blend_prefix(self, count: u32, a: Self::F4, rest: Self::F4) -> Self::F4;
     /// Rows become columns.
-    fn transpose4(self, rows: [Self::F4; 4]) -> [Self::F4; 4];
+    fn transpose(self, rows: [Self::F4; 4]) -> [Self::F4; 4];
 
-    /// Lane by lane, bits in the upper half and a word in the lower half.
-    fn zip_u64(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8];
+    /// The lanes where `a == b`.
+    fn eq(self, a: Self::F16, b: Self::F16) -> u32;
+    /// Writes the lanes in `mask`.
+    #[inline(always)]
+    fn store_masked(self, to: &mut Row, mask: u32, x: Self::F16) {
+        let x = self.store(x);
+        for lane in 0..16 {
+            to.0[lane] = if mask >> lane & 1 == 1 { x.0[lane] } else { to.0[lane] };
+        }
+    }
 
-    /// One of eight words. The processor predicts which, as it does for any branch, and goes on with it; what the number waits for is not waited for.
+    /// `words[number & 7]`, through a jump table, so that the processor predicts which and goes on,
+    /// instead of waiting for what `number` depends on.
     #[inline(always)]
     fn predicted(self, words: &[u32; 8], number: usize) -> u32 {
         words[number & 7]
     }
-
-    /// The larger one, compared by bits as signed whole numbers: right for floats unless both are negative.
-    fn max_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-
-    /// The smaller one, compared by bits as signed whole numbers: right for floats unless both are negative.
-    fn min_bits8(self, a: Self::F8, b: Self::F8) -> Self::F8;
-
-    /// The lanes where the first comes before the second, one bit each. Compared by bits: the first is not negative, and neither is a number that is none.
-    fn lt_bits(self, a: Self::F8, b: Self::F8) -> u32;
-
-    fn splat16(self, x: f32) -> Self::F16;
-    fn load16(self, x: &Row) -> Self::F16;
-    fn store16(self, x: Self::F16) -> Row;
-    fn add16(self, a: Self::F16, b: Self::F16) -> Self::F16;
-    fn sub16(self, a: Self::F16, b: Self::F16) -> Self::F16;
-    fn mul16(self, a: Self::F16, b: Self::F16) -> Self::F16;
-    fn div16(self, a: Self::F16, b: Self::F16) -> Self::F16;
-    fn abs16(self, x: Self::F16) -> Self::F16;
-    /// `a * b - c`. Rounded once or twice: only where an error bound allows for both.
-    fn mul_sub16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
-    /// `a * b + c`, rounded once.
-    fn fused16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
-    /// `c - a * b`, rounded once.
-    fn fused_less16(self, a: Self::F16, b: Self::F16, c: Self::F16) -> Self::F16;
-    fn max16(self, a: Self::F16, b: Self::F16) -> Self::F16;
-    fn min16(self, a: Self::F16, b: Self::F16) -> Self::F16;
-    fn le16(self, a: Self::F16, b: Self::F16) -> u16;
-    fn eq16(self, a: Self::F16, b: Self::F16) -> u16;
-
-    /// Writes the lanes in `mask`; the others stay what they are.
+    /// Prefetches the cache lines of an item; its index may be out of bounds.
     #[inline(always)]
-    fn store_masked16(self, place: &mut Row, mask: u16, x: Self::F16) {
-        let x = self.store16(x);
-        for lane in 0..16 {
-            place.0[lane] = if mask >> lane & 1 == 1 { x.0[lane] } else { place.0[lane] };
-        }
-    }
+    fn prefetch<T>(self, _items: &[T], _at: usize) {}
 }
 
 /// Sixteen numbers in one cache line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Zeroable, bytemuck::Pod)]
 #[repr(C, align(64))]
 pub(crate) struct Row(pub(crate) [f32; 16]);
 
@@ -331,49 +374,47 @@ mod tests {
         }
     }
 
-    struct Words;
+    struct Operations;
 
-    impl Kernel for Words {
+    impl Kernel for Operations {
         type Output = Vec<u32>;
 
         #[inline(always)]
         fn run<I: Isa>(self, isa: I) -> Vec<u32> {
             let nan = f32::NAN;
             let (a, b) = ([1.5, -2.0, nan, 0.1, 7.0, -0.0, 1e30, 3.0], [2.0, -3.0, 4.0, nan, 7.0, 0.0, 1e-30, -3.0]);
-            let (x, y) = (isa.load8(&a), isa.load8(&b));
-            let mut out: Vec<u32> = vec![isa.le8(x, y).into()];
+            let (x, y): (I::F8, I::F8) = (isa.load(&a), isa.load(&b));
+            let mut out: Vec<u32> = vec![isa.le(x, y)];
             let (zero, past) =
-                (isa.splat8(0.0), isa.load8(&[0.0, 1e-40, -0.0, -1.0, f32::INFINITY, nan, -f32::INFINITY, 1.0]));
-            let after_all = isa.splat8(f32::from_bits(f32::INFINITY.to_bits() + 1));
-            for v in [isa.min_bits8(past, after_all), isa.min_bits8(after_all, past), isa.max_bits8(past, zero)] {
-                out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
+                (isa.splat(0.0), isa.load(&[0.0, 1e-40, -0.0, -1.0, f32::INFINITY, nan, -f32::INFINITY, 1.0]));
+            let after_all = isa.splat(f32::from_bits(f32::INFINITY.to_bits() + 1));
+            for v in [isa.min_bits(past, after_all), isa.min_bits(after_all, past), isa.max_bits(past, zero)] {
+                out.extend(isa.store(v).iter().map(|x| x.to_bits()));
             }
             let flipped = isa.xor_sign(past, &[1 << 31, 0, 1 << 31, 0, 1 << 31, 0, 1 << 31, 1 << 31]);
-            out.extend(isa.store8(flipped).map(f32::to_bits));
+            out.extend(isa.store(flipped).map(f32::to_bits));
             let from = out.len();
-            out.extend([isa.lt_bits(zero, past), isa.lt_bits(isa.splat8(f32::INFINITY), past)]);
+            out.extend([isa.lt_bits(zero, past), isa.lt_bits(isa.splat(f32::INFINITY), past)]);
             assert_eq!(out[from..], [0b1011_0010, 0b0010_0000]);
-            out.extend(isa.store8(isa.max8(x, y)).iter().map(|x| x.to_bits()));
-            out.extend(isa.store8(isa.min8(x, y)).iter().map(|x| x.to_bits()));
-            out.extend(
-                isa.store8(isa.mul_sub8(isa.splat8(2.0), y, isa.splat8(1.0))).iter().map(|x| u32::from(x.is_nan())),
-            );
-            let (x, y) = (isa.load4(&[1.0, 2.0, 0.3, nan]), isa.load4(&[3.0, 2.0, 0.7, 1.0]));
-            for v in [isa.add4(x, y), isa.sub4(x, y), isa.mul4(x, y), isa.div4(x, y), isa.splat4(0.1)] {
-                out.extend(isa.store4(v)[..3].iter().map(|x| x.to_bits()));
+            out.extend(isa.store(isa.max(x, y)).iter().map(|x| x.to_bits()));
+            out.extend(isa.store(isa.min(x, y)).iter().map(|x| x.to_bits()));
+            out.extend(isa.store(isa.mul_sub(isa.splat(2.0), y, isa.splat(1.0))).iter().map(|x| u32::from(x.is_nan())));
+            let (x, y): (I::F4, I::F4) = (isa.load(&[1.0, 2.0, 0.3, nan]), isa.load(&[3.0, 2.0, 0.7, 1.0]));
+            for v in [isa.add(x, y), isa.sub(x, y), isa.mul(x, y), isa.div(x, y), isa.splat(0.1)] {
+                out.extend(isa.store(v)[..3].iter().map(|x| x.to_bits()));
             }
-            for v in [isa.max4(x, y), isa.abs4(isa.sub4(isa.splat4(0.0), y)), isa.mul_sub4(x, y, y)] {
-                out.extend(isa.store4(v)[..2].iter().map(|x| x.to_bits()));
+            for v in [isa.max(x, y), isa.abs(isa.sub(isa.splat(0.0), y)), isa.mul_sub(x, y, y)] {
+                out.extend(isa.store(v)[..2].iter().map(|x| x.to_bits()));
             }
             for v in [
                 isa.largest_of_three(y),
-                isa.largest_of_three(isa.load4(&[-3.0, 1.0, -0.0, 8.0])),
-                isa.with_last4(x, 7.0),
+                isa.largest_of_three(isa.load(&[-3.0, 1.0, -0.0, 8.0])),
+                isa.with_last(x, 7.0),
             ] {
-                out.extend(isa.store4(v).iter().map(|x| x.to_bits()));
+                out.extend(isa.store(v).iter().map(|x| x.to_bits()));
             }
-            for v in [isa.permute4(y, &[2, 0, 1, 3]), isa.spread4::<0>(y), isa.spread4::<2>(y), isa.spread4::<3>(y)] {
-                out.extend(isa.store4(v).map(f32::to_bits));
+            for v in [isa.permute(y, &[2, 0, 1, 3]), isa.spread4::<0>(y), isa.spread4::<2>(y), isa.spread4::<3>(y)] {
+                out.extend(isa.store(v).map(f32::to_bits));
             }
             let of_permuted = out.len() - 16;
             assert_eq!(
@@ -381,73 +422,136 @@ mod tests {
                 [0.7, 3.0, 2.0, 1.0, 3.0, 3.0, 3.0, 3.0, 0.7, 0.7, 0.7, 0.7, 1.0, 1.0, 1.0, 1.0_f32].map(f32::to_bits)
             );
             assert_eq!(isa.first(y), 3.0);
-            let sum =
-                isa.mul_add8(isa.splat8(2.0), isa.load8(&[0.5, 1.0, -3.0, 0.0, 4.0, 5.0, 6.0, 7.0]), isa.splat8(1.0));
-            assert_eq!(isa.store8(sum), [2.0, 3.0, -5.0, 1.0, 9.0, 11.0, 13.0, 15.0]);
+            let sum: I::F8 =
+                isa.mul_add(isa.splat(2.0), isa.load(&[0.5, 1.0, -3.0, 0.0, 4.0, 5.0, 6.0, 7.0]), isa.splat(1.0));
+            assert_eq!(isa.store(sum), [2.0, 3.0, -5.0, 1.0, 9.0, 11.0, 13.0, 15.0]);
             let joined = isa
-                .zip_u64(isa.load8(&[0.0, -0.0, 1.0, 2.0, -3.0, 0.5, 1e30, -1e-40]), &[7, 6, 5, 4, 3, 2, 1, u32::MAX]);
+                .zip_u64(isa.load(&[0.0, -0.0, 1.0, 2.0, -3.0, 0.5, 1e30, -1e-40]), &[7, 6, 5, 4, 3, 2, 1, u32::MAX]);
             out.extend(joined.iter().flat_map(|both| [(both >> 32) as u32, *both as u32]));
-            out.push(isa.signs4(isa.load4(&[-0.0, 1.0, -2.0, 0.0])).into());
+            out.push(isa.signs(isa.load(&[-0.0, 1.0, -2.0, 0.0])));
             for v in [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x), isa.spread8::<3>(y)] {
-                out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
+                out.extend(isa.store(v).iter().map(|x| x.to_bits()));
             }
-            out.push(isa.le4(x, y).into());
-            out.extend(isa.store4(isa.load4_elementwise(&[-0.0, 1.5, nan, 3.0])).map(f32::to_bits));
-            out.extend(words_of_boxes(isa));
+            out.push(isa.le(x, y));
+            out.extend(isa.store(isa.load_elementwise(&[-0.0, 1.5, nan, 3.0])).map(f32::to_bits));
+            out.extend(operations_on_boxes(isa));
             let wide = |four: [f32; 4]| Row([four; 4].concat().try_into().expect("sixteen"));
-            let (x, y) = (isa.load16(&wide([1.0, -2.0, 0.3, nan])), isa.load16(&wide([3.0, -2.0, -0.7, 1.0])));
-            for v in [isa.add16(x, y), isa.sub16(x, y), isa.mul16(x, y), isa.div16(x, y), isa.splat16(0.1)] {
-                out.extend(isa.store16(v).0.iter().map(|x| if x.is_nan() { 1 } else { x.to_bits() }));
+            let (x, y): (I::F16, I::F16) =
+                (isa.load(&wide([1.0, -2.0, 0.3, nan])), isa.load(&wide([3.0, -2.0, -0.7, 1.0])));
+            for v in [isa.add(x, y), isa.sub(x, y), isa.mul(x, y), isa.div(x, y), isa.splat(0.1)] {
+                out.extend(isa.store(v).0.iter().map(|x| if x.is_nan() { 1 } else { x.to_bits() }));
             }
-            for v in [isa.max16(x, y), isa.min16(x, y), isa.mul_sub16(isa.splat16(2.0), y, isa.splat16(1.0))] {
-                out.extend(isa.store16(v).0.iter().map(|x| x.to_bits()));
+            for v in [isa.max(x, y), isa.min(x, y), isa.mul_sub(isa.splat(2.0), y, isa.splat(1.0))] {
+                out.extend(isa.store(v).0.iter().map(|x| x.to_bits()));
             }
-            out.extend([u32::from(isa.le16(x, y)), u32::from(isa.eq16(x, y))]);
+            out.extend([isa.le(x, y), isa.eq(x, y)]);
             // Rounded twice, both would come out as zero.
             let (near_one, square) = (1.0 + f32::EPSILON, 1.0 + 2.0 * f32::EPSILON);
             for v in [
-                isa.fused16(isa.splat16(near_one), isa.splat16(near_one), isa.splat16(-square)),
-                isa.abs16(isa.fused_less16(isa.splat16(near_one), isa.splat16(near_one), isa.splat16(square))),
+                isa.fused(isa.splat(near_one), isa.splat(near_one), isa.splat(-square)),
+                isa.abs(isa.fused_less(isa.splat(near_one), isa.splat(near_one), isa.splat(square))),
             ] {
-                assert_eq!(isa.store16(v).0, [f32::EPSILON * f32::EPSILON; 16]);
+                assert_eq!(isa.store::<I::F16>(v).0, [f32::EPSILON * f32::EPSILON; 16]);
             }
             for v in [
-                isa.fused4(isa.splat4(near_one), isa.splat4(near_one), isa.splat4(-square)),
-                isa.abs4(isa.fused_less4(isa.splat4(near_one), isa.splat4(near_one), isa.splat4(square))),
+                isa.fused(isa.splat(near_one), isa.splat(near_one), isa.splat(-square)),
+                isa.abs(isa.fused_less(isa.splat(near_one), isa.splat(near_one), isa.splat(square))),
             ] {
-                assert_eq!(isa.store4(v), [f32::EPSILON * f32::EPSILON; 4]);
+                assert_eq!(isa.store::<I::F4>(v), [f32::EPSILON * f32::EPSILON; 4]);
             }
             let mut place = Row([7.0; 16]);
-            isa.store_masked16(&mut place, 0b1010_0000_0011_0001, y);
+            isa.store_masked(&mut place, 0b1010_0000_0011_0001, y);
             out.extend(place.0.iter().map(|x| x.to_bits()));
             out
         }
     }
 
-    /// The words that boxes are made with.
+    /// All arithmetic on one width, NaN as 1; `mul_sub` and `mul_add` of numbers whose products are exact.
     #[inline(always)]
-    fn words_of_boxes<I: Isa>(isa: I) -> Vec<u32> {
+    fn arithmetic<I: Isa, V: Lanes<I>>(isa: I, [a, b, exact]: [&V::Array; 3]) -> Vec<u32>
+    where
+        V::Array: bytemuck::NoUninit,
+    {
+        let (a, b, exact): (V, V, V) = (isa.load(a), isa.load(b), isa.load(exact));
+        let two = isa.splat(2.0);
+        let results = [
+            isa.add(a, b),
+            isa.sub(a, b),
+            isa.mul(a, b),
+            isa.div(a, b),
+            isa.mul_sub(exact, two, two),
+            isa.mul_add(exact, two, two),
+            isa.fused(a, b, a),
+            isa.fused_less(a, b, a),
+            isa.max(a, b),
+            isa.max(b, a),
+            isa.min(a, b),
+            isa.min(b, a),
+            isa.abs(a),
+        ];
+        let mut out = vec![isa.le(a, b), isa.le(b, a), isa.le(a, a)];
+        for result in results {
+            let stored = isa.store(result);
+            let bits: &[u32] = bytemuck::cast_slice(bytemuck::bytes_of(&stored));
+            out.extend(bits.iter().map(|&bits| if f32::from_bits(bits).is_nan() { 1 } else { bits }));
+        }
+        out
+    }
+
+    struct Arithmetic;
+
+    impl Kernel for Arithmetic {
+        type Output = [Vec<u32>; 3];
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: I) -> [Vec<u32>; 3] {
+            let nan = f32::NAN;
+            let a = [1.5, -2.0, nan, 0.1, 7.0, -0.0, 1e30, 3.0, 0.0, -1e-40, 0.3, nan, -7.5, 1e-30, 2.0, f32::INFINITY];
+            let b = [2.0, -3.0, 4.0, nan, 7.0, 0.0, 1e30, -3.0, -0.0, 1e-40, 0.7, nan, 0.1, -1e30, f32::INFINITY, 0.0];
+            let exact = [0.5, 1.0, -3.0, 0.0, 4.0, 5.0, 6.0, 7.0, 8.0, -9.0, 1.25, 11.0, 12.0, 13.0, 14.0, 15.0];
+            let rows = [&Row(a), &Row(b), &Row(exact)];
+            let fours: [&[f32; 4]; 3] = rows.map(|row| row.0.first_chunk().expect("sixteen"));
+            let eights: [&[f32; 8]; 3] = rows.map(|row| row.0.first_chunk().expect("sixteen"));
+            [
+                arithmetic::<I, I::F4>(isa, fours),
+                arithmetic::<I, I::F8>(isa, eights),
+                arithmetic::<I, I::F16>(isa, rows),
+            ]
+        }
+    }
+
+    #[test]
+    fn every_level_computes_the_same_bits_in_every_width() {
+        let expected = Level(Kind::Scalar(Scalar)).run(Arithmetic);
+        for level in Level::available() {
+            assert_eq!(level.run(Arithmetic), expected, "{level:?}");
+        }
+    }
+
+    /// The operations that boxes are made with.
+    #[inline(always)]
+    fn operations_on_boxes<I: Isa>(isa: I) -> Vec<u32> {
         let nan = f32::NAN;
         let mut out = Vec::new();
-        let a = isa.load8(&[1.5, -2.0, 3.0, 0.1, 7.0, -0.0, 1e30, f32::INFINITY]);
-        let b = isa.load8(&[2.0, -3.0, 4.0, 0.3, 7.0, 0.0, 1e30, 1.0]);
+        let a: I::F8 = isa.load(&[1.5, -2.0, 3.0, 0.1, 7.0, -0.0, 1e30, f32::INFINITY]);
+        let b: I::F8 = isa.load(&[2.0, -3.0, 4.0, 0.3, 7.0, 0.0, 1e30, 1.0]);
         let links = [0, 1 << 28, 7 << 28, 5 << 28 | 12, u32::MAX, 3, 1 << 31, 0x3fff_ffff];
-        for v in [isa.add8(a, b), isa.sub8(a, b), isa.mul8(a, b), isa.extract_bits::<28, 7>(&links)] {
-            out.extend(isa.store8(v).iter().map(|x| x.to_bits()));
+        for v in [isa.add(a, b), isa.sub(a, b), isa.mul(a, b), isa.extract_bits::<28, 7>(&links)] {
+            out.extend(isa.store(v).iter().map(|x| x.to_bits()));
         }
-        let (x, y) = (isa.load4(&[1.0, -0.0, nan, 0.3]), isa.load4(&[-3.0, 0.0, 0.7, nan]));
-        for v in [isa.max4(x, y), isa.max4(y, x), isa.min4(x, y), isa.min4(y, x), isa.load3(&[0.1, -0.2, 1e30])] {
-            out.extend(isa.store4(v).iter().map(|x| x.to_bits()));
+        let (x, y): (I::F4, I::F4) = (isa.load(&[1.0, -0.0, nan, 0.3]), isa.load(&[-3.0, 0.0, 0.7, nan]));
+        for v in [isa.max(x, y), isa.max(y, x), isa.min(x, y), isa.min(y, x), isa.load3(&[0.1, -0.2, 1e30])] {
+            out.extend(isa.store(v).iter().map(|x| x.to_bits()));
         }
         for count in 0..=4 {
-            out.extend(isa.store4(isa.blend_prefix(count, x, y)).iter().map(|x| x.to_bits()));
+            out.extend(isa.store(isa.blend_prefix(count, x, y)).iter().map(|x| x.to_bits()));
         }
-        let row = |i: i32| isa.load4(&[i as f32, i as f32 + 0.25, i as f32 + 0.5, i as f32 + 0.75]);
-        for column in isa.transpose4([row(0), row(1), row(2), row(3)]) {
-            out.extend(isa.store4(column).iter().map(|x| x.to_bits()));
+        let row = |i: i32| isa.load(&[i as f32, i as f32 + 0.25, i as f32 + 0.5, i as f32 + 0.75]);
+        for column in isa.transpose([row(0), row(1), row(2), row(3)]) {
+            out.extend(isa.store(column).iter().map(|x| x.to_bits()));
         }
         for row in isa.transpose_xyz(&[row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)]) {
-            out.extend(isa.store8(row).iter().map(|x| x.to_bits()));
+            out.extend(isa.store(row).iter().map(|x| x.to_bits()));
         }
         out
     }
@@ -463,17 +567,17 @@ mod tests {
                 let point = |i: i32| isa.load3(&[i as f32, 10.0 + i as f32, 20.0 + i as f32]);
                 let points = [point(0), point(1), point(2), point(3), point(4), point(5), point(6), point(7)];
                 let [x, y, z] = isa.transpose_xyz(&points);
-                assert_eq!(isa.store8(x), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-                assert_eq!(isa.store8(y), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0]);
-                assert_eq!(isa.store8(z), [20.0, 21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0]);
-                let [x, y, z, w] = isa.transpose4([points[0], points[1], points[2], points[3]]);
-                assert_eq!(isa.store4(x), [0.0, 1.0, 2.0, 3.0]);
-                assert_eq!(isa.store4(y), [10.0, 11.0, 12.0, 13.0]);
-                assert_eq!(isa.store4(z), [20.0, 21.0, 22.0, 23.0]);
-                assert_eq!(isa.store4(w), [0.0; 4]);
+                assert_eq!(isa.store(x), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+                assert_eq!(isa.store(y), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0]);
+                assert_eq!(isa.store(z), [20.0, 21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0]);
+                let [x, y, z, w] = isa.transpose([points[0], points[1], points[2], points[3]]);
+                assert_eq!(isa.store(x), [0.0, 1.0, 2.0, 3.0]);
+                assert_eq!(isa.store(y), [10.0, 11.0, 12.0, 13.0]);
+                assert_eq!(isa.store(z), [20.0, 21.0, 22.0, 23.0]);
+                assert_eq!(isa.store(w), [0.0; 4]);
                 let links = [1 << 28, 2 << 28, 7 << 28, 15 << 28, 9, 0, u32::MAX, 8 << 28];
-                assert_eq!(isa.store8(isa.extract_bits::<28, 7>(&links)), [1.0, 2.0, 7.0, 7.0, 0.0, 0.0, 7.0, 0.0]);
-                assert_eq!(isa.store4(isa.blend_prefix(3, x, y)), [0.0, 1.0, 2.0, 13.0]);
+                assert_eq!(isa.store(isa.extract_bits::<28, 7>(&links)), [1.0, 2.0, 7.0, 7.0, 0.0, 0.0, 7.0, 0.0]);
+                assert_eq!(isa.store(isa.blend_prefix(3, x, y)), [0.0, 1.0, 2.0, 13.0]);
             }
         }
         for level in Level::available() {
@@ -482,13 +586,13 @@ mod tests {
     }
 
     #[test]
-    fn every_level_speaks_the_same_words() {
-        let expected = Level(Kind::Scalar(Scalar)).run(Words);
+    fn every_level_computes_the_same_bits() {
+        let expected = Level(Kind::Scalar(Scalar)).run(Operations);
         for level in Level::available() {
-            assert_eq!(level.run(Words), expected, "{level:?}");
+            assert_eq!(level.run(Operations), expected, "{level:?}");
         }
     }
-    /// Every pattern of lanes, through every word that makes or takes a mask.
+    /// Every pattern of lanes, through every operation that makes or takes a mask.
     struct Masks;
 
     impl Kernel for Masks {
@@ -496,17 +600,17 @@ mod tests {
 
         #[inline(always)]
         fn run<I: Isa>(self, isa: I) {
-            for mask in 0..=u16::MAX {
+            for mask in 0..=0xffff_u32 {
                 let lanes: [f32; 16] = std::array::from_fn(|lane| if mask >> lane & 1 == 1 { 1.0 } else { f32::NAN });
-                let first = |count: usize| mask & ((1 << count) - 1) as u16;
-                let row = isa.load16(&Row(lanes));
-                assert_eq!([isa.le16(row, row), isa.eq16(row, isa.splat16(1.0))], [mask; 2]);
-                let eight = isa.load8(lanes.first_chunk().expect("sixteen"));
-                assert_eq!(u16::from(isa.le8(eight, eight)), first(8));
-                let four = isa.load4(lanes.first_chunk().expect("sixteen"));
-                assert_eq!(u16::from(isa.le4(four, four)), first(4));
+                let first = |count: usize| mask & ((1 << count) - 1);
+                let row: I::F16 = isa.load(&Row(lanes));
+                assert_eq!([isa.le(row, row), isa.eq(row, isa.splat(1.0))], [mask; 2]);
+                let eight: I::F8 = isa.load(lanes.first_chunk().expect("sixteen"));
+                assert_eq!(isa.le(eight, eight), first(8));
+                let four: I::F4 = isa.load(lanes.first_chunk().expect("sixteen"));
+                assert_eq!(isa.le(four, four), first(4));
                 let mut place = Row([3.0; 16]);
-                isa.store_masked16(&mut place, mask, isa.splat16(5.0));
+                isa.store_masked(&mut place, mask, isa.splat(5.0));
                 assert_eq!(place.0.map(|x| x == 5.0), lanes.map(|x| x == 1.0));
             }
         }
@@ -529,8 +633,8 @@ mod tests {
             for shift in 0..8 {
                 let mut others = numbers;
                 others.rotate_left(shift);
-                let (x, y) = (isa.load8(&numbers), isa.load8(&others));
-                let (larger, smaller) = (isa.store8(isa.max_bits8(x, y)), isa.store8(isa.min_bits8(x, y)));
+                let (x, y) = (isa.load(&numbers), isa.load(&others));
+                let (larger, smaller) = (isa.store(isa.max_bits(x, y)), isa.store(isa.min_bits(x, y)));
                 for lane in 0..8 {
                     let (a, b) = (numbers[lane], others[lane]);
                     if a.is_sign_negative() && b.is_sign_negative() {

@@ -2,7 +2,7 @@
 
 use std::array;
 
-use super::{Isa, Kernel, Row};
+use super::{Isa, Kernel, Lanes, Row};
 
 #[derive(Clone, Copy)]
 pub(crate) struct Scalar;
@@ -17,13 +17,8 @@ fn zip<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> f32) ->
 }
 
 #[inline(always)]
-fn mask<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> bool) -> u8 {
-    (0..N).fold(0, |bits, lane| bits | u8::from(f(a[lane], b[lane])) << lane)
-}
-
-#[inline(always)]
-fn mask16(a: [f32; 16], b: [f32; 16], f: impl Fn(f32, f32) -> bool) -> u16 {
-    (0..16).fold(0, |bits, lane| bits | u16::from(f(a[lane], b[lane])) << lane)
+fn mask<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> bool) -> u32 {
+    (0..N).fold(0, |bits, lane| bits | u32::from(f(a[lane], b[lane])) << lane)
 }
 
 impl Scalar {
@@ -34,35 +29,99 @@ impl Scalar {
     }
 }
 
+/// Arrays are lanes; a row is one of sixteen.
+macro_rules! arrays {
+    ($lanes:ty, $array:ty, $of:expr, $to:expr) => {
+        impl Lanes<Scalar> for $lanes {
+            type Array = $array;
+
+            #[inline(always)]
+            fn splat(_: Scalar, x: f32) -> Self {
+                [x; size_of::<Self>() / 4]
+            }
+
+            #[inline(always)]
+            fn load(_: Scalar, x: &$array) -> Self {
+                ($of)(*x)
+            }
+
+            #[inline(always)]
+            fn store(self, _: Scalar) -> $array {
+                ($to)(self)
+            }
+
+            #[inline(always)]
+            fn add(self, _: Scalar, b: Self) -> Self {
+                zip(self, b, |a, b| a + b)
+            }
+
+            #[inline(always)]
+            fn sub(self, _: Scalar, b: Self) -> Self {
+                zip(self, b, |a, b| a - b)
+            }
+
+            #[inline(always)]
+            fn mul(self, _: Scalar, b: Self) -> Self {
+                zip(self, b, |a, b| a * b)
+            }
+
+            #[inline(always)]
+            fn div(self, _: Scalar, b: Self) -> Self {
+                zip(self, b, |a, b| a / b)
+            }
+
+            #[inline(always)]
+            fn mul_sub(self, _: Scalar, b: Self, c: Self) -> Self {
+                zip(zip(self, b, |a, b| a * b), c, |product, c| product - c)
+            }
+
+            #[inline(always)]
+            fn mul_add(self, _: Scalar, b: Self, c: Self) -> Self {
+                zip(zip(self, b, |a, b| a * b), c, |product, c| product + c)
+            }
+
+            #[inline(always)]
+            fn fused(self, _: Scalar, b: Self, c: Self) -> Self {
+                array::from_fn(|lane| self[lane].mul_add(b[lane], c[lane]))
+            }
+
+            #[inline(always)]
+            fn fused_less(self, _: Scalar, b: Self, c: Self) -> Self {
+                array::from_fn(|lane| (-self[lane]).mul_add(b[lane], c[lane]))
+            }
+
+            #[inline(always)]
+            fn max(self, _: Scalar, b: Self) -> Self {
+                zip(self, b, |a, b| if a > b { a } else { b })
+            }
+
+            #[inline(always)]
+            fn min(self, _: Scalar, b: Self) -> Self {
+                zip(self, b, |a, b| if a < b { a } else { b })
+            }
+
+            #[inline(always)]
+            fn abs(self, _: Scalar) -> Self {
+                zip(self, self, |x, _| x.abs())
+            }
+
+            #[inline(always)]
+            fn le(self, _: Scalar, b: Self) -> u32 {
+                mask(self, b, |a, b| a <= b)
+            }
+        }
+    };
+}
+
+arrays!([f32; 1], [f32; 1], |x| x, |x| x);
+arrays!([f32; 4], [f32; 4], |x| x, |x| x);
+arrays!([f32; 8], [f32; 8], |x| x, |x| x);
+arrays!([f32; 16], Row, |x: Row| x.0, Row);
+
 impl Isa for Scalar {
     type F8 = [f32; 8];
     type F4 = [f32; 4];
     type F16 = [f32; 16];
-
-    #[inline(always)]
-    fn splat8(self, x: f32) -> [f32; 8] {
-        [x; 8]
-    }
-
-    #[inline(always)]
-    fn load8(self, x: &[f32; 8]) -> [f32; 8] {
-        *x
-    }
-
-    #[inline(always)]
-    fn store8(self, x: [f32; 8]) -> [f32; 8] {
-        x
-    }
-
-    #[inline(always)]
-    fn mul_sub8(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
-        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
-    }
-
-    #[inline(always)]
-    fn mul_add8(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
-        zip(zip(a, b, |a, b| a * b), c, |product, c| product + c)
-    }
 
     #[inline(always)]
     fn xor_sign(self, x: [f32; 8], signs: &[u32; 8]) -> [f32; 8] {
@@ -70,27 +129,12 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn max8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        zip(a, b, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn min8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        zip(a, b, |a, b| if a < b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn le8(self, a: [f32; 8], b: [f32; 8]) -> u8 {
-        mask(a, b, |a, b| a <= b)
-    }
-
-    #[inline(always)]
-    fn max_bits8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn max_bits(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
         zip(a, b, |a, b| if (a.to_bits() as i32) > b.to_bits() as i32 { a } else { b })
     }
 
     #[inline(always)]
-    fn min_bits8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn min_bits(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
         zip(a, b, |a, b| if (a.to_bits() as i32) < b.to_bits() as i32 { a } else { b })
     }
 
@@ -105,22 +149,7 @@ impl Isa for Scalar {
 
     #[inline(always)]
     fn lt_bits(self, a: [f32; 8], b: [f32; 8]) -> u32 {
-        mask(a, b, |a, b| (a.to_bits() as i32) < b.to_bits() as i32).into()
-    }
-
-    #[inline(always)]
-    fn add8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        zip(a, b, |a, b| a + b)
-    }
-
-    #[inline(always)]
-    fn sub8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        zip(a, b, |a, b| a - b)
-    }
-
-    #[inline(always)]
-    fn mul8(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        zip(a, b, |a, b| a * b)
+        mask(a, b, |a, b| (a.to_bits() as i32) < b.to_bits() as i32)
     }
 
     #[inline(always)]
@@ -144,66 +173,6 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn splat4(self, x: f32) -> [f32; 4] {
-        [x; 4]
-    }
-
-    #[inline(always)]
-    fn load4(self, x: &[f32; 4]) -> [f32; 4] {
-        *x
-    }
-
-    #[inline(always)]
-    fn store4(self, x: [f32; 4]) -> [f32; 4] {
-        x
-    }
-
-    #[inline(always)]
-    fn add4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-        zip(a, b, |a, b| a + b)
-    }
-
-    #[inline(always)]
-    fn sub4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-        zip(a, b, |a, b| a - b)
-    }
-
-    #[inline(always)]
-    fn mul4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-        zip(a, b, |a, b| a * b)
-    }
-
-    #[inline(always)]
-    fn div4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-        zip(a, b, |a, b| a / b)
-    }
-
-    #[inline(always)]
-    fn mul_sub4(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
-        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
-    }
-
-    #[inline(always)]
-    fn fused4(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
-        array::from_fn(|lane| a[lane].mul_add(b[lane], c[lane]))
-    }
-
-    #[inline(always)]
-    fn fused_less4(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
-        array::from_fn(|lane| (-a[lane]).mul_add(b[lane], c[lane]))
-    }
-
-    #[inline(always)]
-    fn max4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-        zip(a, b, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn abs4(self, x: [f32; 4]) -> [f32; 4] {
-        zip(x, x, |x, _| x.abs())
-    }
-
-    #[inline(always)]
     fn largest_of_three(self, x: [f32; 4]) -> [f32; 4] {
         let size = |lane: usize| x[lane].to_bits() & 0x7fff_ffff;
         [f32::from_bits(size(0).max(size(1)).max(size(2))); 4]
@@ -215,7 +184,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn permute4(self, x: [f32; 4], order: &[u32; 4]) -> [f32; 4] {
+    fn permute(self, x: [f32; 4], order: &[u32; 4]) -> [f32; 4] {
         [x[order[0] as usize & 3], x[order[1] as usize & 3], x[order[2] as usize & 3], x[order[3] as usize & 3]]
     }
 
@@ -225,28 +194,18 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn signs4(self, x: [f32; 4]) -> u8 {
+    fn signs(self, x: [f32; 4]) -> u32 {
         mask(x, x, |x, _| x.is_sign_negative())
     }
 
     #[inline(always)]
-    fn with_last4(self, x: [f32; 4], last: f32) -> [f32; 4] {
+    fn with_last(self, x: [f32; 4], last: f32) -> [f32; 4] {
         [x[0], x[1], x[2], last]
     }
 
     #[inline(always)]
     fn spread8<const LANE: i32>(self, x: [f32; 4]) -> [f32; 8] {
         [x[LANE as usize & 3]; 8]
-    }
-
-    #[inline(always)]
-    fn le4(self, a: [f32; 4], b: [f32; 4]) -> u8 {
-        mask(a, b, |a, b| a <= b)
-    }
-
-    #[inline(always)]
-    fn min4(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-        zip(a, b, |a, b| if a < b { a } else { b })
     }
 
     #[inline(always)]
@@ -264,7 +223,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn transpose4(self, rows: [[f32; 4]; 4]) -> [[f32; 4]; 4] {
+    fn transpose(self, rows: [[f32; 4]; 4]) -> [[f32; 4]; 4] {
         let mut out = [[0.0; 4]; 4];
         for row in 0..4 {
             for column in 0..4 {
@@ -275,77 +234,7 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn splat16(self, x: f32) -> [f32; 16] {
-        [x; 16]
-    }
-
-    #[inline(always)]
-    fn load16(self, x: &Row) -> [f32; 16] {
-        x.0
-    }
-
-    #[inline(always)]
-    fn store16(self, x: [f32; 16]) -> Row {
-        Row(x)
-    }
-
-    #[inline(always)]
-    fn add16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
-        zip(a, b, |a, b| a + b)
-    }
-
-    #[inline(always)]
-    fn sub16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
-        zip(a, b, |a, b| a - b)
-    }
-
-    #[inline(always)]
-    fn mul16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
-        zip(a, b, |a, b| a * b)
-    }
-
-    #[inline(always)]
-    fn div16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
-        zip(a, b, |a, b| a / b)
-    }
-
-    #[inline(always)]
-    fn abs16(self, x: [f32; 16]) -> [f32; 16] {
-        zip(x, x, |x, _| x.abs())
-    }
-
-    #[inline(always)]
-    fn mul_sub16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
-        zip(zip(a, b, |a, b| a * b), c, |product, c| product - c)
-    }
-
-    #[inline(always)]
-    fn fused16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
-        array::from_fn(|lane| a[lane].mul_add(b[lane], c[lane]))
-    }
-
-    #[inline(always)]
-    fn fused_less16(self, a: [f32; 16], b: [f32; 16], c: [f32; 16]) -> [f32; 16] {
-        array::from_fn(|lane| (-a[lane]).mul_add(b[lane], c[lane]))
-    }
-
-    #[inline(always)]
-    fn max16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
-        zip(a, b, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn min16(self, a: [f32; 16], b: [f32; 16]) -> [f32; 16] {
-        zip(a, b, |a, b| if a < b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn le16(self, a: [f32; 16], b: [f32; 16]) -> u16 {
-        mask16(a, b, |a, b| a <= b)
-    }
-
-    #[inline(always)]
-    fn eq16(self, a: [f32; 16], b: [f32; 16]) -> u16 {
-        mask16(a, b, |a, b| a == b)
+    fn eq(self, a: [f32; 16], b: [f32; 16]) -> u32 {
+        mask(a, b, |a, b| a == b)
     }
 }

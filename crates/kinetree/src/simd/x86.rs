@@ -1,6 +1,7 @@
-//! The words that AVX2 and AVX-512VL say alike.
+//! What AVX2 and AVX-512 have in common.
 
-/// One of eight words, by a jump to the load of it. Written so that the compiler cannot make one load of all.
+/// One of eight words, by a jump to the load of it. In assembly, or the compiler would make one load of
+/// all eight.
 #[inline(always)]
 pub(super) fn predicted(words: &[u32; 8], number: usize) -> u32 {
     macro_rules! arms {
@@ -26,41 +27,119 @@ pub(super) fn predicted(words: &[u32; 8], number: usize) -> u32 {
     arms!(0 1 2 3 4 5 6 7)
 }
 
-/// Eight and four lanes, but for comparisons, within an `impl Isa` whose `self` proves AVX2 and FMA.
-macro_rules! words_of_avx2 {
+/// The arithmetic of a register, by the instructions named; `le` is written out.
+macro_rules! register {
+    (
+        $isa:ty, $register:ty, $array:ty,
+        $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $div:ident,
+        $fmsub:ident, $fmadd:ident, $fnmadd:ident, $max:ident, $min:ident,
+        |$x:ident| $abs:expr, |$a:ident, $b:ident| $le:expr
+    ) => {
+        impl Lanes<$isa> for $register {
+            type Array = $array;
+
+            #[inline(always)]
+            fn splat(_: $isa, x: f32) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $splat(x) }
+            }
+
+            #[inline(always)]
+            fn load(_: $isa, x: &$array) -> Self {
+                // SAFETY: as above; as many floats are read as the array has, which is aligned as the
+                // instruction demands.
+                unsafe { $load((&raw const *x).cast()) }
+            }
+
+            #[inline(always)]
+            fn store(self, _: $isa) -> $array {
+                let mut out: $array = bytemuck::Zeroable::zeroed();
+                // SAFETY: as above; as many floats are written as the array has, which is aligned as the
+                // instruction demands.
+                unsafe { $store((&raw mut out).cast(), self) };
+                out
+            }
+
+            #[inline(always)]
+            fn add(self, _: $isa, b: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $add(self, b) }
+            }
+
+            #[inline(always)]
+            fn sub(self, _: $isa, b: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $sub(self, b) }
+            }
+
+            #[inline(always)]
+            fn mul(self, _: $isa, b: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $mul(self, b) }
+            }
+
+            #[inline(always)]
+            fn div(self, _: $isa, b: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $div(self, b) }
+            }
+
+            #[inline(always)]
+            fn mul_sub(self, _: $isa, b: Self, c: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $fmsub(self, b, c) }
+            }
+
+            #[inline(always)]
+            fn mul_add(self, _: $isa, b: Self, c: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $fmadd(self, b, c) }
+            }
+
+            #[inline(always)]
+            fn fused(self, _: $isa, b: Self, c: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $fmadd(self, b, c) }
+            }
+
+            #[inline(always)]
+            fn fused_less(self, _: $isa, b: Self, c: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $fnmadd(self, b, c) }
+            }
+
+            #[inline(always)]
+            fn max(self, _: $isa, b: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $max(self, b) }
+            }
+
+            #[inline(always)]
+            fn min(self, _: $isa, b: Self) -> Self {
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $min(self, b) }
+            }
+
+            #[inline(always)]
+            fn abs(self, _: $isa) -> Self {
+                let $x = self;
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $abs }
+            }
+
+            #[inline(always)]
+            fn le(self, _: $isa, b: Self) -> u32 {
+                let ($a, $b) = (self, b);
+                // SAFETY: the level proves that the processor has the instruction.
+                unsafe { $le }
+            }
+        }
+    };
+}
+
+/// What AVX2 and AVX-512 have in common, within an `impl Isa` whose `self` proves AVX2.
+macro_rules! operations_of_avx2 {
     () => {
-        #[inline(always)]
-        fn splat8(self, x: f32) -> __m256 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm256_set1_ps(x) }
-        }
-
-        #[inline(always)]
-        fn load8(self, x: &[f32; 8]) -> __m256 {
-            // SAFETY: `self` proves AVX2; eight floats are read from an array of eight.
-            unsafe { _mm256_loadu_ps(x.as_ptr()) }
-        }
-
-        #[inline(always)]
-        fn store8(self, x: __m256) -> [f32; 8] {
-            let mut out = [0.0; 8];
-            // SAFETY: `self` proves AVX2; eight floats are written to an array of eight.
-            unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
-            out
-        }
-
-        #[inline(always)]
-        fn mul_sub8(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2 and FMA.
-            unsafe { _mm256_fmsub_ps(a, b, c) }
-        }
-
-        #[inline(always)]
-        fn mul_add8(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2 and FMA.
-            unsafe { _mm256_fmadd_ps(a, b, c) }
-        }
-
         #[inline(always)]
         fn xor_sign(self, x: __m256, signs: &[u32; 8]) -> __m256 {
             let signs: &[f32; 8] = bytemuck::cast_ref(signs);
@@ -69,25 +148,13 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn max8(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm256_max_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn min8(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm256_min_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn max_bits8(self, a: __m256, b: __m256) -> __m256 {
+        fn max_bits(self, a: __m256, b: __m256) -> __m256 {
             // SAFETY: `self` proves AVX2. One cycle instead of four.
             unsafe { _mm256_castsi256_ps(_mm256_max_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
         }
 
         #[inline(always)]
-        fn min_bits8(self, a: __m256, b: __m256) -> __m256 {
+        fn min_bits(self, a: __m256, b: __m256) -> __m256 {
             // SAFETY: `self` proves AVX2. One cycle instead of four.
             unsafe { _mm256_castsi256_ps(_mm256_min_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b))) }
         }
@@ -102,81 +169,13 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn splat4(self, x: f32) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_set1_ps(x) }
-        }
-
-        #[inline(always)]
-        fn load4(self, x: &[f32; 4]) -> __m128 {
-            // SAFETY: `self` proves AVX2; four floats are read from an array of four.
-            unsafe { _mm_loadu_ps(x.as_ptr()) }
-        }
-
-        #[inline(always)]
-        fn load4_elementwise(self, x: &[f32; 4]) -> __m128 {
+        fn load_elementwise(self, x: &[f32; 4]) -> __m128 {
             // Volatile, or the compiler makes one load of the four.
             // SAFETY: `self` proves AVX2; each is read from a reference to it.
             unsafe {
                 let [x, y, z, w] = [&raw const x[0], &raw const x[1], &raw const x[2], &raw const x[3]];
                 _mm_setr_ps(x.read_volatile(), y.read_volatile(), z.read_volatile(), w.read_volatile())
             }
-        }
-
-        #[inline(always)]
-        fn store4(self, x: __m128) -> [f32; 4] {
-            let mut out = [0.0; 4];
-            // SAFETY: `self` proves AVX2; four floats are written to an array of four.
-            unsafe { _mm_storeu_ps(out.as_mut_ptr(), x) };
-            out
-        }
-
-        #[inline(always)]
-        fn add4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_add_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn sub4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_sub_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn mul4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_mul_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn mul_sub4(self, a: __m128, b: __m128, c: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2 and FMA.
-            unsafe { _mm_fmsub_ps(a, b, c) }
-        }
-
-        #[inline(always)]
-        fn fused4(self, a: __m128, b: __m128, c: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2 and FMA.
-            unsafe { _mm_fmadd_ps(a, b, c) }
-        }
-
-        #[inline(always)]
-        fn fused_less4(self, a: __m128, b: __m128, c: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2 and FMA.
-            unsafe { _mm_fnmadd_ps(a, b, c) }
-        }
-
-        #[inline(always)]
-        fn max4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_max_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn abs4(self, x: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_andnot_ps(_mm_set1_ps(-0.0), x) }
         }
 
         #[inline(always)]
@@ -197,7 +196,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn permute4(self, x: __m128, order: &[u32; 4]) -> __m128 {
+        fn permute(self, x: __m128, order: &[u32; 4]) -> __m128 {
             // SAFETY: `self` proves AVX2; four words are read from an array of four.
             unsafe { _mm_permutevar_ps(x, _mm_loadu_si128(order.as_ptr().cast())) }
         }
@@ -216,13 +215,13 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn signs4(self, x: __m128) -> u8 {
+        fn signs(self, x: __m128) -> u32 {
             // SAFETY: `self` proves AVX2.
-            unsafe { _mm_movemask_ps(x) as u8 }
+            unsafe { _mm_movemask_ps(x) as u32 }
         }
 
         #[inline(always)]
-        fn with_last4(self, x: __m128, last: f32) -> __m128 {
+        fn with_last(self, x: __m128, last: f32) -> __m128 {
             // SAFETY: `self` proves AVX2.
             unsafe { _mm_insert_ps::<0b00_11_0000>(x, _mm_set_ss(last)) }
         }
@@ -239,30 +238,6 @@ macro_rules! words_of_avx2 {
                 };
                 _mm256_broadcastss_ps(x)
             }
-        }
-
-        #[inline(always)]
-        fn div4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_div_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn add8(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm256_add_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn sub8(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm256_sub_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn mul8(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm256_mul_ps(a, b) }
         }
 
         #[inline(always)]
@@ -309,13 +284,7 @@ macro_rules! words_of_avx2 {
         }
 
         #[inline(always)]
-        fn min4(self, a: __m128, b: __m128) -> __m128 {
-            // SAFETY: `self` proves AVX2.
-            unsafe { _mm_min_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn transpose4(self, rows: [__m128; 4]) -> [__m128; 4] {
+        fn transpose(self, rows: [__m128; 4]) -> [__m128; 4] {
             let [a, b, c, d] = rows;
             // SAFETY: `self` proves AVX2.
             unsafe {
@@ -332,4 +301,4 @@ macro_rules! words_of_avx2 {
     };
 }
 
-pub(super) use words_of_avx2;
+pub(super) use {operations_of_avx2, register};

@@ -36,10 +36,10 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
         Self {
             ray,
             axes,
-            origin: [isa.splat4(origin[axes[0] & 3]), isa.splat4(origin[axes[1] & 3]), isa.splat4(origin[axes[2] & 3])],
-            shear: [isa.splat4(shear[0]), isa.splat4(shear[1]), isa.splat4(shear[2])],
-            t_scale: isa.splat4(t_scale),
-            t_min: isa.splat4(ray.t_min),
+            origin: [isa.splat(origin[axes[0] & 3]), isa.splat(origin[axes[1] & 3]), isa.splat(origin[axes[2] & 3])],
+            shear: [isa.splat(shear[0]), isa.splat(shear[1]), isa.splat(shear[2])],
+            t_scale: isa.splat(t_scale),
+            t_min: isa.splat(ray.t_min),
             reach: shear[2].abs().max(REACH),
         }
     }
@@ -48,19 +48,19 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
     #[inline(always)]
     pub(crate) fn in_range(isa: I, quads: &RayQuads<I>, ray: &'a Ray) -> Self {
         let largest = isa.largest_of_three(quads.direction);
-        let z = (isa.le4(largest, isa.abs4(quads.direction)) & 7).trailing_zeros() as usize & 3;
-        let order = &ORDERS[z][usize::from(isa.signs4(quads.direction)) >> z & 1];
+        let z = (isa.le(largest, isa.abs(quads.direction)) & 7).trailing_zeros() as usize & 3;
+        let order = &ORDERS[z][isa.signs(quads.direction) as usize >> z & 1];
         // The largest step without its digits.
         let unit = isa.first(largest).to_bits() & 0x7f80_0000;
-        let (origin, direction) = (isa.permute4(quads.origin, order), isa.permute4(quads.direction, order));
+        let (origin, direction) = (isa.permute(quads.origin, order), isa.permute(quads.direction, order));
         // A quotient does not depend on powers of two in both of its parts.
-        let shear = isa.div4(isa.with_last4(direction, f32::from_bits(unit)), isa.spread4::<2>(direction));
+        let shear = isa.div(isa.with_last(direction, f32::from_bits(unit)), isa.spread4::<2>(direction));
         Self {
             ray,
             axes: [order[0] as usize, order[1] as usize, order[2] as usize],
             origin: [isa.spread4::<0>(origin), isa.spread4::<1>(origin), isa.spread4::<2>(origin)],
             shear: [isa.spread4::<0>(shear), isa.spread4::<1>(shear), isa.spread4::<3>(shear)],
-            t_scale: isa.splat4(f32::from_bits((254 << 23) - unit)),
+            t_scale: isa.splat(f32::from_bits((254 << 23) - unit)),
             t_min: isa.spread4::<3>(origin),
             reach: REACH,
         }
@@ -69,11 +69,11 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
     #[inline(always)]
     fn project(&self, isa: I, block: &TriangleBlock, corner: usize) -> [I::F4; 3] {
         let rows = block.rows();
-        let x = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[0] & 3)]), self.origin[0]);
-        let y = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[1] & 3)]), self.origin[1]);
-        let z = isa.sub4(isa.load4(&rows[corner * 3 + (self.axes[2] & 3)]), self.origin[2]);
+        let x = isa.sub(isa.load(&rows[corner * 3 + (self.axes[0] & 3)]), self.origin[0]);
+        let y = isa.sub(isa.load(&rows[corner * 3 + (self.axes[1] & 3)]), self.origin[1]);
+        let z = isa.sub(isa.load(&rows[corner * 3 + (self.axes[2] & 3)]), self.origin[2]);
         let [shear_x, shear_y, shear_z] = self.shear;
-        [isa.fused_less4(shear_x, z, x), isa.fused_less4(shear_y, z, y), isa.mul4(shear_z, z)]
+        [isa.fused_less(shear_x, z, x), isa.fused_less(shear_y, z, y), isa.mul(shear_z, z)]
     }
 
     /// The hits between the bounds, inclusive. A `t` that overflowed is not excluded when `t_max` is infinite.
@@ -83,39 +83,39 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
         let b = self.project(isa, block, 1);
         let c = self.project(isa, block, 2);
         let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
-        let least = isa.min4(isa.min4(u, v), w);
-        let most = isa.max4(isa.max4(u, v), w);
+        let least = isa.min(isa.min(u, v), w);
+        let most = isa.max(isa.max(u, v), w);
         if WATERTIGHT {
-            let extents = isa.load4(block.extents());
-            let size = isa.fused4(extents, isa.splat4(self.reach), isa.abs4(a[2]));
-            let lateral = isa.fused4(size, isa.splat4(EDGE_BY_SIZE), isa.mul4(extents, isa.splat4(EDGE_BY_EXTENT)));
-            let error = isa.fused4(size, lateral, isa.splat4(LEAST_EDGE_ERROR));
-            let minus = isa.sub4(isa.splat4(0.0), error);
+            let extents = isa.load(block.extents());
+            let size = isa.fused(extents, isa.splat(self.reach), isa.abs(a[2]));
+            let lateral = isa.fused(size, isa.splat(EDGE_BY_SIZE), isa.mul(extents, isa.splat(EDGE_BY_EXTENT)));
+            let error = isa.fused(size, lateral, isa.splat(LEAST_EDGE_ERROR));
+            let minus = isa.sub(isa.splat(0.0), error);
             // Corners that are no numbers, as those of unused lanes, are on no side.
-            let possible = !(isa.le4(least, minus) & isa.le4(error, most)) & block.lanes_in_use();
+            let possible = !(isa.le(least, minus) & isa.le(error, most)) & block.lanes_in_use();
             if possible == 0 {
                 return BlockHits::NONE;
             }
-            let sure = possible & (isa.le4(error, least) | isa.le4(most, minus));
-            let determinant = isa.add4(isa.add4(u, v), w);
-            let sum = isa.fused4(w, c[2], isa.fused4(v, b[2], isa.mul4(u, a[2])));
-            let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
-            let t_max = isa.splat4(farthest);
-            let lateral = isa.mul4(lateral, isa.splat4(LATERAL));
+            let sure = possible & (isa.le(error, least) | isa.le(most, minus));
+            let determinant = isa.add(isa.add(u, v), w);
+            let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
+            let t = isa.mul(isa.div(sum, determinant), self.t_scale);
+            let t_max = isa.splat(farthest);
+            let lateral = isa.mul(lateral, isa.splat(LATERAL));
             let error = distance_error(isa, [a, b, c], [lateral, size], determinant);
-            let bound = isa.mul4(isa.abs4(sum), isa.splat4(MOST_DISTANCE_ERROR));
-            let close = sure & isa.le4(error, bound) & isa.le4(bound, isa.splat4(f32::MAX));
+            let bound = isa.mul(isa.abs(sum), isa.splat(MOST_DISTANCE_ERROR));
+            let close = sure & isa.le(error, bound) & isa.le(bound, isa.splat(f32::MAX));
             let mut ambiguous = possible & !close;
             if ambiguous & sure != 0 {
-                let scale = isa.mul4(isa.splat4(UNIT_ROUNDOFF), self.t_scale);
-                let error = isa.mul4(isa.div4(error, isa.abs4(determinant)), scale);
-                let (nearest, farthest) = (isa.sub4(t, error), isa.add4(t, error));
+                let scale = isa.mul(isa.splat(UNIT_ROUNDOFF), self.t_scale);
+                let error = isa.mul(isa.div(error, isa.abs(determinant)), scale);
+                let (nearest, farthest) = (isa.sub(t, error), isa.add(t, error));
                 // Where either is no number, it is not outside.
-                let outside = isa.le4(farthest, self.t_min) & !isa.le4(self.t_min, farthest)
-                    | isa.le4(t_max, nearest) & !isa.le4(nearest, t_max);
+                let outside = isa.le(farthest, self.t_min) & !isa.le(self.t_min, farthest)
+                    | isa.le(t_max, nearest) & !isa.le(nearest, t_max);
                 ambiguous &= !(sure & outside);
             }
-            let mask = close & isa.le4(self.t_min, t) & isa.le4(t, t_max);
+            let mask = close & isa.le(self.t_min, t) & isa.le(t, t_max);
             if mask | ambiguous == 0 {
                 return BlockHits::NONE;
             }
@@ -125,15 +125,15 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
             }
             return hits;
         }
-        let zero = isa.splat4(0.0);
-        let inside = isa.le4(zero, least) | isa.le4(most, zero);
+        let zero = isa.splat(0.0);
+        let inside = isa.le(zero, least) | isa.le(most, zero);
         if inside == 0 {
             return BlockHits::NONE;
         }
-        let determinant = isa.add4(isa.add4(u, v), w);
-        let sum = isa.fused4(w, c[2], isa.fused4(v, b[2], isa.mul4(u, a[2])));
-        let t = isa.mul4(isa.div4(sum, determinant), self.t_scale);
-        let mask = inside & isa.le4(self.t_min, t) & isa.le4(t, isa.splat4(farthest));
+        let determinant = isa.add(isa.add(u, v), w);
+        let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
+        let t = isa.mul(isa.div(sum, determinant), self.t_scale);
+        let mask = inside & isa.le(self.t_min, t) & isa.le(t, isa.splat(farthest));
         if mask == 0 {
             return BlockHits::NONE;
         }
@@ -157,7 +157,7 @@ const ORDERS: [[[u32; 4]; 2]; 4] = {
 /// On which side of an edge the rays pass. Both products are rounded, never fused.
 #[inline(always)]
 fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> I::F4 {
-    isa.sub4(isa.mul4(from[0], to[1]), isa.mul4(from[1], to[0]))
+    isa.sub(isa.mul(from[0], to[1]), isa.mul(from[1], to[0]))
 }
 
 /// See [`crate::geometry::watertight`].
@@ -168,22 +168,22 @@ fn distance_error<I: Isa>(
     [lateral, size]: [I::F4; 2],
     determinant: I::F4,
 ) -> I::F4 {
-    let one = [isa.sub4(b[0], a[0]), isa.sub4(b[1], a[1]), isa.sub4(b[2], a[2])];
-    let other = [isa.sub4(c[0], a[0]), isa.sub4(c[1], a[1]), isa.sub4(c[2], a[2])];
-    let x = isa.abs4(isa.fused_less4(other[2], one[0], isa.mul4(one[2], other[0])));
-    let y = isa.abs4(isa.fused_less4(other[2], one[1], isa.mul4(one[2], other[1])));
-    let depth = isa.add4(isa.abs4(one[2]), isa.abs4(other[2]));
-    let lateral = isa.mul4(isa.mul4(lateral, lateral), isa.splat4(DEPTH_BY_LATERAL));
-    let weights = isa.fused4(isa.abs4(determinant), isa.splat4(DEPTH_BY_AREA), lateral);
-    let slope = isa.mul4(isa.add4(x, y), isa.splat4(SLOPE_BY_SIZE));
-    let depth = isa.fused4(depth, weights, isa.splat4(LEAST_DISTANCE_ERROR));
-    isa.fused4(slope, size, depth)
+    let one = [isa.sub(b[0], a[0]), isa.sub(b[1], a[1]), isa.sub(b[2], a[2])];
+    let other = [isa.sub(c[0], a[0]), isa.sub(c[1], a[1]), isa.sub(c[2], a[2])];
+    let x = isa.abs(isa.fused_less(other[2], one[0], isa.mul(one[2], other[0])));
+    let y = isa.abs(isa.fused_less(other[2], one[1], isa.mul(one[2], other[1])));
+    let depth = isa.add(isa.abs(one[2]), isa.abs(other[2]));
+    let lateral = isa.mul(isa.mul(lateral, lateral), isa.splat(DEPTH_BY_LATERAL));
+    let weights = isa.fused(isa.abs(determinant), isa.splat(DEPTH_BY_AREA), lateral);
+    let slope = isa.mul(isa.add(x, y), isa.splat(SLOPE_BY_SIZE));
+    let depth = isa.fused(depth, weights, isa.splat(LEAST_DISTANCE_ERROR));
+    isa.fused(slope, size, depth)
 }
 
 /// Which lanes of a block are hit, and where.
 pub(crate) struct BlockHits {
-    pub(crate) mask: u8,
-    back: u8,
+    pub(crate) mask: u32,
+    back: u32,
     t: [f32; 4],
     u: [f32; 4],
     v: [f32; 4],
@@ -193,13 +193,13 @@ impl BlockHits {
     const NONE: Self = Self { mask: 0, back: 0, t: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
 
     #[inline(always)]
-    fn of<I: Isa>(isa: I, mask: u8, determinant: I::F4, t: I::F4, v: I::F4, w: I::F4) -> Self {
+    fn of<I: Isa>(isa: I, mask: u32, determinant: I::F4, t: I::F4, v: I::F4, w: I::F4) -> Self {
         Self {
             mask,
-            back: isa.signs4(determinant),
-            t: isa.store4(t),
-            u: isa.store4(isa.div4(v, determinant)),
-            v: isa.store4(isa.div4(w, determinant)),
+            back: isa.signs(determinant),
+            t: isa.store(t),
+            u: isa.store(isa.div(v, determinant)),
+            v: isa.store(isa.div(w, determinant)),
         }
     }
 
@@ -212,12 +212,12 @@ impl BlockHits {
 
     /// Decides without rounding errors what single precision cannot.
     #[cold]
-    fn test_exactly(&mut self, lanes: u8, ray: &Ray, block: &TriangleBlock, t_max: f32) {
+    fn test_exactly(&mut self, lanes: u32, ray: &Ray, block: &TriangleBlock, t_max: f32) {
         for lane in (0..block.count as usize).filter(|lane| lanes >> lane & 1 == 1) {
             if let Some(hit) = exact::hit(ray, &block.triangle(lane), ray.t_min, t_max) {
                 self.mask |= 1 << lane;
                 (self.t[lane], self.u[lane], self.v[lane]) = (hit.t, hit.u, hit.v);
-                self.back = self.back & !(1 << lane) | u8::from(hit.back) << lane;
+                self.back = self.back & !(1 << lane) | u32::from(hit.back) << lane;
             }
         }
     }
@@ -243,7 +243,7 @@ mod tests {
                 let bits = |lanes: &WatertightLanes<'_, I, true>| {
                     let [a, b, c] = lanes.origin;
                     let [d, e, f] = lanes.shear;
-                    [a, b, c, d, e, f, lanes.t_scale, lanes.t_min].map(|x| isa.store4(x).map(f32::to_bits))
+                    [a, b, c, d, e, f, lanes.t_scale, lanes.t_min].map(|x| isa.store(x).map(f32::to_bits))
                 };
                 assert_eq!((quick.axes, bits(&quick)), (slow.axes, bits(&slow)), "{ray:?}");
             }

@@ -156,7 +156,7 @@ mod tests {
             }
             let mut room = StackBuffer::new();
             let mut stack = room.stack();
-            let (entry, exit) = (isa.load8(&self.entry), isa.load8(&exit));
+            let (entry, exit) = (isa.load(&self.entry), isa.load(&exit));
             let mut all = Vec::new();
             if self.in_order {
                 let first = choose_in_order(isa, entry, exit, &links, &mut stack);

@@ -24,34 +24,34 @@ impl<I: Isa> RayQuads<I> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &Ray) -> Self {
         let [origin, direction] = ray.quads();
-        Self { origin: isa.load4_elementwise(origin), direction: isa.load4_elementwise(direction) }
+        Self { origin: isa.load_elementwise(origin), direction: isa.load_elementwise(direction) }
     }
 
     /// The ray in another space, by the operations of [`Affine::transform_point`] and [`Affine::transform_vector`].
     #[inline(always)]
     pub(crate) fn moved(isa: I, ray: &Ray, map: &Affine) -> Self {
         let (x, y, z) = (quad(isa, map.x_axis), quad(isa, map.y_axis), quad(isa, map.z_axis));
-        let origin = isa.add4(turned(isa, (x, y, z), ray.origin), quad(isa, map.translation));
+        let origin = isa.add(turned(isa, (x, y, z), ray.origin), quad(isa, map.translation));
         let direction = turned(isa, (x, y, z), ray.direction);
-        Self { origin: isa.with_last4(origin, ray.t_min), direction: isa.with_last4(direction, ray.t_max) }
+        Self { origin: isa.with_last(origin, ray.t_min), direction: isa.with_last(direction, ray.t_max) }
     }
 
     #[inline(always)]
     pub(crate) fn ray(&self, isa: I) -> Ray {
-        Ray::of_quads([isa.store4(self.origin), isa.store4(self.direction)])
+        Ray::of_quads([isa.store(self.origin), isa.store(self.direction)])
     }
 }
 
 #[inline(always)]
 fn quad<I: Isa>(isa: I, v: [f32; 3]) -> I::F4 {
-    isa.load4(&[v[0], v[1], v[2], 0.0])
+    isa.load(&[v[0], v[1], v[2], 0.0])
 }
 
 /// A vector after the linear part of a map.
 #[inline(always)]
 fn turned<I: Isa>(isa: I, (x, y, z): (I::F4, I::F4, I::F4), v: [f32; 3]) -> I::F4 {
-    let xy = isa.add4(isa.mul4(x, isa.splat4(v[0])), isa.mul4(y, isa.splat4(v[1])));
-    isa.add4(xy, isa.mul4(z, isa.splat4(v[2])))
+    let xy = isa.add(isa.mul(x, isa.splat(v[0])), isa.mul(y, isa.splat(v[1])));
+    isa.add(xy, isa.mul(z, isa.splat(v[2])))
 }
 
 /// Where a ray enters and leaves the eight boxes of a node.
@@ -78,56 +78,55 @@ impl<I: Isa> RayLanes<I> {
     pub(crate) fn new(isa: I, ray: &RayQuads<I>, bounds: &Aabb, bound: ErrorBound) -> Option<Self> {
         let RayQuads { origin, direction } = *ray;
         let largest = isa.largest_of_three(direction);
-        let reciprocal = isa.div4(isa.splat4(1.0), direction);
-        let size = isa.abs4(reciprocal);
+        let reciprocal = isa.div(isa.splat(1.0), direction);
+        let size = isa.abs(reciprocal);
         // How much flatter the ray runs to an axis' planes than straight ahead.
-        let flatness = isa.mul4(size, largest);
-        let origin_size = isa.abs4(origin);
+        let flatness = isa.mul(size, largest);
+        let origin_size = isa.abs(origin);
         let [low, high] = bounds.quads();
-        let extent = isa.max4(isa.abs4(isa.load4(low)), isa.abs4(isa.load4(high)));
-        let range = isa.splat4(SINGLE_PRECISION_RANGE);
+        let extent = isa.max(isa.abs(isa.load(low)), isa.abs(isa.load(high)));
+        let range = isa.splat(SINGLE_PRECISION_RANGE);
         // What is no number is the second operand of `max`, or the largest, and fails.
-        let fits = isa.le4(isa.max4(size, isa.max4(largest, origin_size)), range)
-            & isa.le4(flatness, isa.splat4(bound.parallel()))
+        let fits = isa.le(isa.max(size, isa.max(largest, origin_size)), range)
+            & isa.le(flatness, isa.splat(bound.parallel()))
             & 7;
-        if fits != 7 || isa.le4(extent, range) != 15 {
+        if fits != 7 || isa.le(extent, range) != 15 {
             return None;
         }
         let error = bound.roundings * UNIT_ROUNDOFF;
         let (near, far) = if error > 0.0 {
-            let near = isa.mul_sub4(flatness, isa.splat4(-error), isa.splat4(error - 1.0));
-            let far = isa.mul_sub4(flatness, isa.splat4(error), isa.splat4(-1.0 - error));
-            (isa.mul4(reciprocal, near), isa.mul4(reciprocal, far))
+            let near = isa.mul_sub(flatness, isa.splat(-error), isa.splat(error - 1.0));
+            let far = isa.mul_sub(flatness, isa.splat(error), isa.splat(-1.0 - error));
+            (isa.mul(reciprocal, near), isa.mul(reciprocal, far))
         } else {
             // Two roundings for each of two axes, and as many again.
-            (reciprocal, isa.mul4(reciprocal, isa.splat4(1.0 + 8.0 * UNIT_ROUNDOFF)))
+            (reciprocal, isa.mul(reciprocal, isa.splat(1.0 + 8.0 * UNIT_ROUNDOFF)))
         };
-        let (near_origin, far_origin) = (isa.mul4(origin, near), isa.mul4(origin, far));
-        let four = isa.splat4(4.0 * UNIT_ROUNDOFF);
-        let (mut near_error, mut far_error) =
-            (isa.mul4(isa.abs4(near_origin), four), isa.mul4(isa.abs4(far_origin), four));
+        let (near_origin, far_origin) = (isa.mul(origin, near), isa.mul(origin, far));
+        let four = isa.splat(4.0 * UNIT_ROUNDOFF);
+        let (mut near_error, mut far_error) = (isa.mul(isa.abs(near_origin), four), isa.mul(isa.abs(far_origin), four));
         if bound.origin_error > 0.0 {
             let farthest = isa.largest_of_three(origin);
-            let mut origin_error = isa.mul4(farthest, isa.splat4(bound.origin_error));
+            let mut origin_error = isa.mul(farthest, isa.splat(bound.origin_error));
             if bound.far.origin_error > 0.0 {
-                let beyond = isa.max4(isa.sub4(farthest, isa.splat4(bound.far.padded_for)), isa.splat4(0.0));
-                origin_error = isa.add4(origin_error, isa.mul4(beyond, isa.splat4(bound.far.origin_error)));
+                let beyond = isa.max(isa.sub(farthest, isa.splat(bound.far.padded_for)), isa.splat(0.0));
+                origin_error = isa.add(origin_error, isa.mul(beyond, isa.splat(bound.far.origin_error)));
             }
-            let origin_error = isa.mul4(size, origin_error);
-            (near_error, far_error) = (isa.add4(near_error, origin_error), isa.add4(far_error, origin_error));
+            let origin_error = isa.mul(size, origin_error);
+            (near_error, far_error) = (isa.add(near_error, origin_error), isa.add(far_error, origin_error));
         }
         // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.
-        let far_error = isa.add4(far_error, isa.splat4(f32::MIN_POSITIVE));
-        let nothing = isa.splat4(0.0);
-        let near_offset = isa.sub4(isa.sub4(nothing, near_error), near_origin);
-        let far_offset = isa.sub4(far_error, far_origin);
+        let far_error = isa.add(far_error, isa.splat(f32::MIN_POSITIVE));
+        let nothing = isa.splat(0.0);
+        let near_offset = isa.sub(isa.sub(nothing, near_error), near_origin);
+        let far_offset = isa.sub(far_error, far_origin);
         Some(Self {
             near_scale: spread(isa, near),
             near_offset: spread(isa, near_offset),
             far_scale: spread(isa, far),
             far_offset: spread(isa, far_offset),
             near_side: sides(isa, direction),
-            t_min: isa.mul8(isa.spread8::<3>(origin), isa.splat8(AT_LEAST)),
+            t_min: isa.mul(isa.spread8::<3>(origin), isa.splat(AT_LEAST)),
         })
     }
 
@@ -141,28 +140,28 @@ impl<I: Isa> RayLanes<I> {
             far_scale: splat(isa, far.scale),
             far_offset: splat(isa, Vec3A::splat(f32::MIN_POSITIVE) - far.offset),
             near_side: sides(isa, ray.direction),
-            t_min: isa.splat8(safe.t_min),
+            t_min: isa.splat(safe.t_min),
         }
     }
 
     /// Where the ray meets the planes of an axis that it meets first.
     #[inline(always)]
     fn near(&self, isa: I, node: NodeView<'_>, axis: usize) -> I::F8 {
-        let planes = isa.load8(node.planes(axis, self.near_side[axis] & 1));
-        isa.mul_add8(planes, self.near_scale[axis], self.near_offset[axis])
+        let planes = isa.load(node.planes(axis, self.near_side[axis] & 1));
+        isa.mul_add(planes, self.near_scale[axis], self.near_offset[axis])
     }
 
     /// Where the ray meets the opposite planes.
     #[inline(always)]
     fn far(&self, isa: I, node: NodeView<'_>, axis: usize) -> I::F8 {
-        let planes = isa.load8(node.planes(axis, self.near_side[axis] & 1 ^ 1));
-        isa.mul_add8(planes, self.far_scale[axis], self.far_offset[axis])
+        let planes = isa.load(node.planes(axis, self.near_side[axis] & 1 ^ 1));
+        isa.mul_add(planes, self.far_scale[axis], self.far_offset[axis])
     }
 }
 
 #[inline(always)]
 fn sides<I: Isa>(isa: I, direction: I::F4) -> [usize; 3] {
-    let signs = usize::from(isa.signs4(direction));
+    let signs = isa.signs(direction) as usize;
     [signs & 1, signs >> 1 & 1, signs >> 2 & 1]
 }
 
@@ -174,7 +173,7 @@ fn spread<I: Isa>(isa: I, x: I::F4) -> [I::F8; 3] {
 // Closures and `map` do not always become part of the kernel, and are compiled without its instructions then; so axes are written out here.
 #[inline(always)]
 fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
-    [isa.splat8(x.x), isa.splat8(x.y), isa.splat8(x.z)]
+    [isa.splat(x.x), isa.splat(x.y), isa.splat(x.z)]
 }
 
 impl<I: Isa> Boxes<I> for RayLanes<I> {
@@ -182,10 +181,10 @@ impl<I: Isa> Boxes<I> for RayLanes<I> {
     fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8) {
         // None is not a number, since the ray is within `SINGLE_PRECISION_RANGE`; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
         // inside out, and entered at infinity.
-        let entry = isa.max_bits8(self.near(isa, node, 0), self.near(isa, node, 1));
-        let entry = isa.max_bits8(entry, isa.max_bits8(self.near(isa, node, 2), self.t_min));
-        let exit = isa.min_bits8(self.far(isa, node, 0), self.far(isa, node, 1));
-        let exit = isa.min_bits8(exit, isa.min_bits8(self.far(isa, node, 2), limit));
+        let entry = isa.max_bits(self.near(isa, node, 0), self.near(isa, node, 1));
+        let entry = isa.max_bits(entry, isa.max_bits(self.near(isa, node, 2), self.t_min));
+        let exit = isa.min_bits(self.far(isa, node, 0), self.far(isa, node, 1));
+        let exit = isa.min_bits(exit, isa.min_bits(self.far(isa, node, 2), limit));
         (entry, exit)
     }
 }
@@ -197,9 +196,9 @@ pub(crate) struct DoublePrecisionRay<'a>(pub(crate) &'a SafeRay);
 impl<I: Isa> Boxes<I> for DoublePrecisionRay<'_> {
     #[inline(always)]
     fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8) {
-        let t_max = f32::from_bits(isa.store8(limit)[0].to_bits() - 1);
+        let t_max = f32::from_bits(isa.store(limit)[0].to_bits() - 1);
         let (entry, exit) = self.0.enter_all(node, t_max);
-        (isa.load8(&entry), isa.load8(&exit))
+        (isa.load(&entry), isa.load(&exit))
     }
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
     let Some(rows) = tree.rows() else { return };
     let mut room = StackBuffer::new();
     let mut stack = room.stack();
-    let mut limit = isa.splat8(after(visitor.t_max() * AT_MOST));
+    let mut limit = isa.splat(after(visitor.t_max() * AT_MOST));
     let mut link = WideLink::node(0);
     loop {
         let node = rows.at(link.offset());
@@ -59,7 +59,7 @@ pub(crate) fn walk_wide<I: Isa, T: Tally, V: WideVisitor<I, T>>(
                 return;
             }
             let farthest = visitor.t_max() * AT_MOST;
-            limit = isa.splat8(after(farthest));
+            limit = isa.splat(after(farthest));
             match next(&mut stack, farthest) {
                 Some(next) => link = next,
                 None => return,

@@ -51,10 +51,10 @@ impl TriangleBlock {
         for lane in 0..BLOCK {
             vertices[lane] = indices[numbers[lane] as usize];
         }
-        let zero = isa.splat4(0.0);
+        let zero = isa.splat(0.0);
         let mut corners = [[zero; 3]; 3];
         for corner in 0..3 {
-            let [x, y, z, _] = isa.transpose4([
+            let [x, y, z, _] = isa.transpose([
                 isa.load3(&positions[vertices[0][corner] as usize]),
                 isa.load3(&positions[vertices[1][corner] as usize]),
                 isa.load3(&positions[vertices[2][corner] as usize]),
@@ -109,24 +109,24 @@ impl TriangleBlock {
     /// of all lanes.
     #[inline(always)]
     pub(super) fn set_corners<I: Isa>(&mut self, isa: I, corners: [[I::F4; 3]; 3]) -> [[I::F4; 3]; 2] {
-        let nan = isa.splat4(f32::NAN);
+        let nan = isa.splat(f32::NAN);
         let (mut min, mut max) = (corners[0], corners[0]);
-        let mut extents = isa.splat4(0.0);
+        let mut extents = isa.splat(0.0);
         for axis in 0..3 {
             for corner in 0..3 {
-                self.corners[corner][axis] = isa.store4(isa.blend_prefix(self.count, corners[corner][axis], nan));
-                min[axis] = isa.min4(min[axis], corners[corner][axis]);
-                max[axis] = isa.max4(max[axis], corners[corner][axis]);
+                self.corners[corner][axis] = isa.store(isa.blend_prefix(self.count, corners[corner][axis], nan));
+                min[axis] = isa.min(min[axis], corners[corner][axis]);
+                max[axis] = isa.max(max[axis], corners[corner][axis]);
             }
-            extents = isa.max4(isa.sub4(max[axis], min[axis]), extents);
+            extents = isa.max(isa.sub(max[axis], min[axis]), extents);
         }
-        self.extents = isa.store4(isa.blend_prefix(self.count, extents, nan));
+        self.extents = isa.store(isa.blend_prefix(self.count, extents, nan));
         [min, max]
     }
 
     /// A bit for each lane in use.
     #[inline(always)]
-    pub(crate) fn lanes_in_use(&self) -> u8 {
+    pub(crate) fn lanes_in_use(&self) -> u32 {
         0b1111 >> ((BLOCK as u32 - self.count) & 3)
     }
 

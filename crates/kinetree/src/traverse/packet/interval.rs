@@ -54,7 +54,7 @@ impl<I: Isa> Interval<I> {
             let [last, minus_first, ..] = ends[axis];
             farthest = farthest.max(last).max(minus_first);
         }
-        let zero = isa.splat8(0.0);
+        let zero = isa.splat(0.0);
         let nothing = Range { sign: zero, last: zero, first: zero, least: zero, most: zero, error: zero, minus: zero };
         let mut axes = [nothing; 3];
         for axis in 0..3 {
@@ -66,13 +66,13 @@ impl<I: Isa> Interval<I> {
             // A little more, so that a box that rays only touch, at no distance, is left after it is entered.
             let error = (error * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
             axes[axis] = Range {
-                sign: isa.splat8(if sides[axis] == 1 { -1.0 } else { 1.0 }),
-                last: isa.splat8(last),
-                first: isa.splat8(-minus_first),
-                least: isa.splat8(-minus_least * (1.0 - WIDENED)),
-                most: isa.splat8(most),
-                error: isa.splat8(error),
-                minus: isa.splat8(-error),
+                sign: isa.splat(if sides[axis] == 1 { -1.0 } else { 1.0 }),
+                last: isa.splat(last),
+                first: isa.splat(-minus_first),
+                least: isa.splat(-minus_least * (1.0 - WIDENED)),
+                most: isa.splat(most),
+                error: isa.splat(error),
+                minus: isa.splat(-error),
             };
         }
         Self { sides, set, axes }
@@ -83,17 +83,17 @@ impl<I: Isa> Interval<I> {
     #[inline(always)]
     pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: f32) -> (I::F8, I::F8) {
         // What comes right after it.
-        let (mut entry, mut exit) = (isa.splat8(0.0), isa.splat8(f32::from_bits(t_max.to_bits() + 1)));
+        let (mut entry, mut exit) = (isa.splat(0.0), isa.splat(f32::from_bits(t_max.to_bits() + 1)));
         for axis in 0..3 {
             let side = self.sides[axis] & 1;
             let Range { sign, last, first, least, most, error, minus } = self.axes[axis];
-            let from = isa.mul_sub8(isa.load8(&node.planes[axis][side]), sign, last);
-            let to = isa.mul_sub8(isa.load8(&node.planes[axis][side ^ 1]), sign, first);
-            let from = isa.min8(isa.mul_sub8(from, least, error), isa.mul_sub8(from, most, error));
-            let to = isa.max8(isa.mul_sub8(to, least, minus), isa.mul_sub8(to, most, minus));
+            let from = isa.mul_sub(isa.load(&node.planes[axis][side]), sign, last);
+            let to = isa.mul_sub(isa.load(&node.planes[axis][side ^ 1]), sign, first);
+            let from = isa.min(isa.mul_sub(from, least, error), isa.mul_sub(from, most, error));
+            let to = isa.max(isa.mul_sub(to, least, minus), isa.mul_sub(to, most, minus));
             // None is not a number, and entries are not negative. The boxes of lanes that are not in use are inside out, and entered at infinity.
-            entry = isa.max_bits8(from, entry);
-            exit = isa.min_bits8(to, exit);
+            entry = isa.max_bits(from, entry);
+            exit = isa.min_bits(to, exit);
         }
         (entry, exit)
     }
@@ -102,22 +102,21 @@ impl<I: Isa> Interval<I> {
 /// Of the origins along an axis and of the scales, each the largest and the largest below zero.
 #[inline(always)]
 fn ends<I: Isa>(isa: I, rays: &RayPacket, planes: &PacketPlanes, (axis, side): (usize, usize), set: u64) -> [f32; 4] {
-    let sign = isa.splat16(if side == 1 { -1.0 } else { 1.0 });
-    let minus = isa.splat16(if side == 1 { 1.0 } else { -1.0 });
-    let nothing = isa.splat16(f32::NEG_INFINITY);
+    let sign = isa.splat(if side == 1 { -1.0 } else { 1.0 });
+    let minus = isa.splat(if side == 1 { 1.0 } else { -1.0 });
+    let nothing = isa.splat(f32::NEG_INFINITY);
     let (mut last, mut minus_first, mut most, mut minus_least) = (nothing, nothing, nothing, nothing);
     for row in 0..rays.t_min.0.len() {
         let lanes = lanes_of(set, row);
         if lanes != 0 {
-            let origin = isa.load16(&rays.origin[axis].0[row]);
-            last = larger(isa, last, isa.mul16(origin, sign), lanes);
-            minus_first = larger(isa, minus_first, isa.mul16(origin, minus), lanes);
-            most = larger(isa, most, isa.mul16(isa.load16(&planes.far_scale[axis].0[row]), sign), lanes);
-            minus_least =
-                larger(isa, minus_least, isa.mul16(isa.load16(&planes.near_scale[axis].0[row]), minus), lanes);
+            let origin = isa.load(&rays.origin[axis].0[row]);
+            last = larger(isa, last, isa.mul(origin, sign), lanes);
+            minus_first = larger(isa, minus_first, isa.mul(origin, minus), lanes);
+            most = larger(isa, most, isa.mul(isa.load(&planes.far_scale[axis].0[row]), sign), lanes);
+            minus_least = larger(isa, minus_least, isa.mul(isa.load(&planes.near_scale[axis].0[row]), minus), lanes);
         }
     }
-    isa.store4(largest_of_each(isa, [last, minus_first, most, minus_least]))
+    isa.store(largest_of_each(isa, [last, minus_first, most, minus_least]))
 }
 
 /// The set, octant by octant.

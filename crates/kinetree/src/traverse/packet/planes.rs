@@ -44,38 +44,38 @@ impl PacketPlanes {
     /// The rays for which the short way is right: nothing about them is huge or tiny, and none is parallel to an axis.
     #[inline(always)]
     fn set_quickly<I: Isa>(&mut self, isa: I, rays: &RayPacket, bounds: &Aabb, bound: ErrorBound) -> u64 {
-        let (error, four) = (isa.splat16(bound.roundings * UNIT_ROUNDOFF), isa.splat16(4.0 * UNIT_ROUNDOFF));
-        let (range, one) = (isa.splat16(SINGLE_PRECISION_RANGE), isa.splat16(1.0));
+        let (error, four) = (isa.splat(bound.roundings * UNIT_ROUNDOFF), isa.splat(4.0 * UNIT_ROUNDOFF));
+        let (range, one) = (isa.splat(SINGLE_PRECISION_RANGE), isa.splat(1.0));
         let mut fit = 0;
         for row in 0..rays.t_min.0.len() {
             let [x, y, z] = [&rays.direction[0].0[row], &rays.direction[1].0[row], &rays.direction[2].0[row]];
-            let largest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
-            let largest = isa.max16(largest, size(isa, isa.load16(z)));
+            let largest = isa.max(size(isa, isa.load(x)), size(isa, isa.load(y)));
+            let largest = isa.max(largest, size(isa, isa.load(z)));
             let [x, y, z] = [&rays.origin[0].0[row], &rays.origin[1].0[row], &rays.origin[2].0[row]];
-            let farthest = isa.max16(size(isa, isa.load16(x)), size(isa, isa.load16(y)));
-            let farthest = isa.max16(farthest, size(isa, isa.load16(z)));
-            let mut origin_error = isa.mul16(farthest, isa.splat16(bound.origin_error));
+            let farthest = isa.max(size(isa, isa.load(x)), size(isa, isa.load(y)));
+            let farthest = isa.max(farthest, size(isa, isa.load(z)));
+            let mut origin_error = isa.mul(farthest, isa.splat(bound.origin_error));
             if bound.far.origin_error > 0.0 {
-                let beyond = isa.max16(isa.sub16(farthest, isa.splat16(bound.far.padded_for)), isa.splat16(0.0));
-                origin_error = isa.add16(origin_error, isa.mul16(beyond, isa.splat16(bound.far.origin_error)));
+                let beyond = isa.max(isa.sub(farthest, isa.splat(bound.far.padded_for)), isa.splat(0.0));
+                origin_error = isa.add(origin_error, isa.mul(beyond, isa.splat(bound.far.origin_error)));
             }
-            let mut lanes = isa.le16(isa.max16(largest, farthest), range);
+            let mut lanes = isa.le(isa.max(largest, farthest), range);
             for axis in 0..3 {
-                let origin = isa.load16(&rays.origin[axis].0[row]);
-                let reciprocal = isa.load16(&rays.reciprocal[axis].0[row]);
+                let origin = isa.load(&rays.origin[axis].0[row]);
+                let reciprocal = isa.load(&rays.reciprocal[axis].0[row]);
                 let steepness = size(isa, reciprocal);
-                let flatness = isa.mul16(steepness, largest);
-                lanes &= isa.le16(steepness, range) & isa.le16(flatness, isa.splat16(bound.parallel()));
-                let bound = isa.mul16(reciprocal, isa.mul16(isa.add16(flatness, one), error));
-                let (near, far) = (isa.sub16(reciprocal, bound), isa.add16(reciprocal, bound));
-                let (near_start, far_start) = (isa.mul16(origin, near), isa.mul16(origin, far));
-                let origin_error = isa.mul16(origin_error, steepness);
-                let near_error = isa.add16(isa.mul16(size(isa, near_start), four), origin_error);
-                let far_error = isa.add16(isa.mul16(size(isa, far_start), four), origin_error);
-                self.near_scale[axis].0[row] = isa.store16(near);
-                self.far_scale[axis].0[row] = isa.store16(far);
-                self.near_offset[axis].0[row] = isa.store16(isa.add16(near_start, near_error));
-                self.far_offset[axis].0[row] = isa.store16(isa.sub16(far_start, far_error));
+                let flatness = isa.mul(steepness, largest);
+                lanes &= isa.le(steepness, range) & isa.le(flatness, isa.splat(bound.parallel()));
+                let bound = isa.mul(reciprocal, isa.mul(isa.add(flatness, one), error));
+                let (near, far) = (isa.sub(reciprocal, bound), isa.add(reciprocal, bound));
+                let (near_start, far_start) = (isa.mul(origin, near), isa.mul(origin, far));
+                let origin_error = isa.mul(origin_error, steepness);
+                let near_error = isa.add(isa.mul(size(isa, near_start), four), origin_error);
+                let far_error = isa.add(isa.mul(size(isa, far_start), four), origin_error);
+                self.near_scale[axis].0[row] = isa.store(near);
+                self.far_scale[axis].0[row] = isa.store(far);
+                self.near_offset[axis].0[row] = isa.store(isa.add(near_start, near_error));
+                self.far_offset[axis].0[row] = isa.store(isa.sub(far_start, far_error));
             }
             fit |= u64::from(lanes) << (16 * row);
         }
@@ -117,26 +117,26 @@ impl PacketPlanes {
         t_min: &Column,
         t_max: &Column,
     ) -> u64 {
-        let (mut near, mut far) = ([isa.splat16(0.0); 3], [isa.splat16(0.0); 3]);
+        let (mut near, mut far) = ([isa.splat::<I::F16>(0.0); 3], [isa.splat(0.0); 3]);
         for axis in 0..3 {
-            near[axis] = isa.splat16(node.planes[axis][sides[axis] & 1][lane & 7]);
-            far[axis] = isa.splat16(node.planes[axis][sides[axis] & 1 ^ 1][lane & 7]);
+            near[axis] = isa.splat(node.planes[axis][sides[axis] & 1][lane & 7]);
+            far[axis] = isa.splat(node.planes[axis][sides[axis] & 1 ^ 1][lane & 7]);
         }
         let mut entering = 0;
         for row in 0..t_min.0.len() {
             if lanes_of(set, row) == 0 {
                 continue;
             }
-            let mut entry = isa.mul16(isa.load16(&t_min.0[row]), isa.splat16(AT_LEAST));
-            let mut exit = isa.mul16(isa.load16(&t_max.0[row]), isa.splat16(AT_MOST));
+            let mut entry = isa.mul(isa.load(&t_min.0[row]), isa.splat(AT_LEAST));
+            let mut exit = isa.mul(isa.load(&t_max.0[row]), isa.splat(AT_MOST));
             for axis in 0..3 {
                 let (near_scale, near_offset) = (&self.near_scale[axis].0[row], &self.near_offset[axis].0[row]);
                 let (far_scale, far_offset) = (&self.far_scale[axis].0[row], &self.far_offset[axis].0[row]);
                 // New value first: on NaN, `max` and `min` keep the second.
-                entry = isa.max16(isa.mul_sub16(near[axis], isa.load16(near_scale), isa.load16(near_offset)), entry);
-                exit = isa.min16(isa.mul_sub16(far[axis], isa.load16(far_scale), isa.load16(far_offset)), exit);
+                entry = isa.max(isa.mul_sub(near[axis], isa.load(near_scale), isa.load(near_offset)), entry);
+                exit = isa.min(isa.mul_sub(far[axis], isa.load(far_scale), isa.load(far_offset)), exit);
             }
-            entering |= u64::from(isa.le16(entry, exit)) << (16 * row);
+            entering |= u64::from(isa.le(entry, exit)) << (16 * row);
         }
         entering & set
     }

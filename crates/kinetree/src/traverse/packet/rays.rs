@@ -33,10 +33,10 @@ impl Column {
     /// The rays whose number is above zero.
     #[inline(always)]
     pub(crate) fn positive<I: Isa>(&self, isa: I) -> u64 {
-        let zero = isa.splat16(0.0);
+        let zero: I::F16 = isa.splat(0.0);
         let mut set = 0;
         for row in 0..ROWS {
-            set |= u64::from(!isa.le16(isa.load16(&self.0[row]), zero)) << (16 * row);
+            set |= u64::from(!isa.le(isa.load(&self.0[row]), zero)) << (16 * row);
         }
         set
     }
@@ -44,14 +44,14 @@ impl Column {
     /// The largest number of those in the set; before everything when there are none.
     #[inline(always)]
     pub(crate) fn largest<I: Isa>(&self, isa: I, set: u64) -> f32 {
-        let mut most = isa.splat16(f32::NEG_INFINITY);
+        let mut most = isa.splat(f32::NEG_INFINITY);
         for row in 0..ROWS {
             let lanes = lanes_of(set, row);
             if lanes != 0 {
-                most = larger(isa, most, isa.load16(&self.0[row]), lanes);
+                most = larger(isa, most, isa.load(&self.0[row]), lanes);
             }
         }
-        let [a, b, c, d] = isa.store4(quarters(isa, most));
+        let [a, b, c, d] = isa.store(quarters(isa, most));
         let (ab, cd) = (if a > b { a } else { b }, if c > d { c } else { d });
         if ab > cd { ab } else { cd }
     }
@@ -59,53 +59,52 @@ impl Column {
 
 /// Lane by lane the larger number, for those lanes; the others keep the first.
 #[inline(always)]
-pub(super) fn larger<I: Isa>(isa: I, most: I::F16, x: I::F16, lanes: u16) -> I::F16 {
-    let larger = isa.max16(x, most);
-    if lanes == u16::MAX {
+pub(super) fn larger<I: Isa>(isa: I, most: I::F16, x: I::F16, lanes: u32) -> I::F16 {
+    let larger = isa.max(x, most);
+    if lanes == 0xffff {
         return larger;
     }
-    let mut kept = isa.store16(most);
-    isa.store_masked16(&mut kept, lanes, larger);
-    isa.load16(&kept)
+    let mut kept = isa.store(most);
+    isa.store_masked(&mut kept, lanes, larger);
+    isa.load(&kept)
 }
 
 /// The larger ones of every fourth lane.
 #[inline(always)]
 fn quarters<I: Isa>(isa: I, x: I::F16) -> I::F4 {
-    let row = isa.store16(x);
+    let row = isa.store(x);
     let fours = row.0.as_chunks::<4>().0;
-    let (a, b) =
-        (isa.max4(isa.load4(&fours[0]), isa.load4(&fours[1])), isa.max4(isa.load4(&fours[2]), isa.load4(&fours[3])));
-    isa.max4(a, b)
+    let (a, b) = (isa.max(isa.load(&fours[0]), isa.load(&fours[1])), isa.max(isa.load(&fours[2]), isa.load(&fours[3])));
+    isa.max(a, b)
 }
 
 /// The largest lane of each.
 #[inline(always)]
 pub(super) fn largest_of_each<I: Isa>(isa: I, rows: [I::F16; 4]) -> I::F4 {
     let quarters = [quarters(isa, rows[0]), quarters(isa, rows[1]), quarters(isa, rows[2]), quarters(isa, rows[3])];
-    let [a, b, c, d] = isa.transpose4(quarters);
-    isa.max4(isa.max4(a, b), isa.max4(c, d))
+    let [a, b, c, d] = isa.transpose(quarters);
+    isa.max(isa.max(a, b), isa.max(c, d))
 }
 
 /// The size of each.
 #[inline(always)]
 pub(super) fn size<I: Isa>(isa: I, x: I::F16) -> I::F16 {
-    isa.max16(x, isa.sub16(isa.splat16(0.0), x))
+    isa.max(x, isa.sub(isa.splat(0.0), x))
 }
 
 /// The sixteen bits of a row.
 #[inline(always)]
-pub(crate) fn lanes_of(set: u64, row: usize) -> u16 {
-    (set >> (16 * (row & 3))) as u16
+pub(crate) fn lanes_of(set: u64, row: usize) -> u32 {
+    (set >> (16 * (row & 3))) as u32 & 0xffff
 }
 
 /// One coordinate of some vectors after the linear part of a map.
 #[inline(always)]
 fn turned<I: Isa>(isa: I, vectors: &[Column; 3], row: usize, map: &Affine, axis: usize) -> I::F16 {
-    let x = isa.mul16(isa.splat16(map.x_axis[axis]), isa.load16(&vectors[0].0[row]));
-    let y = isa.mul16(isa.splat16(map.y_axis[axis]), isa.load16(&vectors[1].0[row]));
-    let z = isa.mul16(isa.splat16(map.z_axis[axis]), isa.load16(&vectors[2].0[row]));
-    isa.add16(isa.add16(x, y), z)
+    let x = isa.mul(isa.splat(map.x_axis[axis]), isa.load(&vectors[0].0[row]));
+    let y = isa.mul(isa.splat(map.y_axis[axis]), isa.load(&vectors[1].0[row]));
+    let z = isa.mul(isa.splat(map.z_axis[axis]), isa.load(&vectors[2].0[row]));
+    isa.add(isa.add(x, y), z)
 }
 
 /// The rays of a packet in one space. Their far ends belong to the question, as it moves them.
@@ -162,18 +161,18 @@ impl RayPacket {
             put(isa, &mut far, four, t_max);
         }
         let mut set = packet.finish(isa);
-        let zero = isa.splat16(0.0);
+        let zero: I::F16 = isa.splat(0.0);
         for row in 0..ROWS {
             // Adding zero turns negative zeros into positive ones, whose bits order like their value.
-            let t_min = isa.add16(isa.max16(zero, isa.load16(&packet.t_min.0[row])), zero);
-            let t_max = isa.add16(isa.load16(&far.0[row]), zero);
-            let forward = isa.le16(t_min, t_max);
+            let t_min = isa.add(isa.max(zero, isa.load(&packet.t_min.0[row])), zero);
+            let t_max = isa.add(isa.load(&far.0[row]), zero);
+            let forward = isa.le(t_min, t_max);
             set &= u64::from(forward) << (16 * row) | !(0xffff << (16 * row));
-            packet.t_min.0[row] = isa.store16(t_min);
-            far.0[row] = isa.store16(t_max);
+            packet.t_min.0[row] = isa.store(t_min);
+            far.0[row] = isa.store(t_max);
             let out = !lanes_of(set, row);
             if out != 0 {
-                isa.store_masked16(&mut far.0[row], out, isa.splat16(f32::NEG_INFINITY));
+                isa.store_masked(&mut far.0[row], out, isa.splat(f32::NEG_INFINITY));
             }
         }
         (packet, set, far)
@@ -193,8 +192,8 @@ impl RayPacket {
         for row in 0..ROWS {
             for axis in 0..3 {
                 let origin = turned(isa, &self.origin, row, map, axis);
-                packet.origin[axis].0[row] = isa.store16(isa.add16(origin, isa.splat16(map.translation[axis])));
-                packet.direction[axis].0[row] = isa.store16(turned(isa, &self.direction, row, map, axis));
+                packet.origin[axis].0[row] = isa.store(isa.add(origin, isa.splat(map.translation[axis])));
+                packet.direction[axis].0[row] = isa.store(turned(isa, &self.direction, row, map, axis));
             }
         }
         let set = packet.finish(isa);
@@ -204,23 +203,22 @@ impl RayPacket {
     /// Fills in what follows from origins and directions, and tells which rays have finite ones and go anywhere.
     #[inline(always)]
     fn finish<I: Isa>(&mut self, isa: I) -> u64 {
-        let (zero, one) = (isa.splat16(0.0), isa.splat16(1.0));
+        let (zero, one) = (isa.splat(0.0), isa.splat(1.0));
         let mut set = 0;
         self.negative = [0; 3];
         for row in 0..ROWS {
             let (mut nothing, mut largest) = (zero, zero);
             for axis in 0..3 {
-                let (origin, direction) =
-                    (isa.load16(&self.origin[axis].0[row]), isa.load16(&self.direction[axis].0[row]));
+                let (origin, direction) = (isa.load(&self.origin[axis].0[row]), isa.load(&self.direction[axis].0[row]));
                 // Zero times what is finite, and no number otherwise.
-                nothing = isa.add16(nothing, isa.add16(isa.mul16(origin, zero), isa.mul16(direction, zero)));
-                largest = isa.max16(size(isa, direction), largest);
+                nothing = isa.add(nothing, isa.add(isa.mul(origin, zero), isa.mul(direction, zero)));
+                largest = isa.max(size(isa, direction), largest);
                 // Of a negative zero it is negative, too.
-                let reciprocal = isa.div16(one, direction);
-                self.negative[axis] |= u64::from(isa.le16(reciprocal, zero)) << (16 * row);
-                self.reciprocal[axis].0[row] = isa.store16(reciprocal);
+                let reciprocal = isa.div(one, direction);
+                self.negative[axis] |= u64::from(isa.le(reciprocal, zero)) << (16 * row);
+                self.reciprocal[axis].0[row] = isa.store(reciprocal);
             }
-            set |= u64::from(isa.eq16(nothing, zero) & !isa.le16(largest, zero)) << (16 * row);
+            set |= u64::from(isa.eq(nothing, zero) & !isa.le(largest, zero)) << (16 * row);
         }
         set
     }
@@ -229,12 +227,12 @@ impl RayPacket {
 /// One half of each of four rays, number by number.
 #[inline(always)]
 fn columns<I: Isa>(isa: I, rays: [&[[f32; 4]; 2]; 4], half: usize) -> [I::F4; 4] {
-    let (a, b) = (isa.load4(&rays[0][half]), isa.load4(&rays[1][half]));
-    isa.transpose4([a, b, isa.load4(&rays[2][half]), isa.load4(&rays[3][half])])
+    let (a, b) = (isa.load(&rays[0][half]), isa.load(&rays[1][half]));
+    isa.transpose([a, b, isa.load(&rays[2][half]), isa.load(&rays[3][half])])
 }
 
 /// Writes four numbers next to each other.
 #[inline(always)]
 fn put<I: Isa>(isa: I, column: &mut Column, four: usize, x: I::F4) {
-    column.0[four >> 2 & 3].0.as_chunks_mut::<4>().0[four & 3] = isa.store4(x);
+    column.0[four >> 2 & 3].0.as_chunks_mut::<4>().0[four & 3] = isa.store(x);
 }

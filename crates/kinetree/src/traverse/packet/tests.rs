@@ -104,7 +104,7 @@ impl Kernel for Compare {
             for alike in octants(set & !planes.in_double, packet.negative) {
                 let interval = Interval::new(isa, &packet, &planes, alike);
                 let (entries, exits) = interval.enter(isa, &node, f32::INFINITY);
-                let (mask, entries) = (isa.lt_bits(entries, exits), isa.store8(entries));
+                let (mask, entries) = (isa.lt_bits(entries, exits), isa.store(entries));
                 for lane in 0..8 {
                     let row = planes.enter(isa, (&node, lane), interval.sides, alike, &packet.t_min, &t_max);
                     for at in (0..PACKET).filter(|at| alike >> at & 1 == 1) {

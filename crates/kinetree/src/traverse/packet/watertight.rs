@@ -20,10 +20,10 @@ pub(crate) struct WatertightPacket {
 /// Where the rays of a row meet a triangle.
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<I: Isa> {
-    pub(crate) lanes: u16,
+    pub(crate) lanes: u32,
     /// Lanes that only exact arithmetic can decide; not in `lanes`.
-    pub(crate) ambiguous: u16,
-    pub(crate) back: u16,
+    pub(crate) ambiguous: u32,
+    pub(crate) back: u32,
     pub(crate) t: I::F16,
     v: I::F16,
     w: I::F16,
@@ -34,7 +34,7 @@ impl<I: Isa> RowHits<I> {
     /// Weights of the second and the third corner.
     #[inline(always)]
     pub(crate) fn weights(&self, isa: I) -> [I::F16; 2] {
-        [isa.div16(self.v, self.determinant), isa.div16(self.w, self.determinant)]
+        [isa.div(self.v, self.determinant), isa.div(self.w, self.determinant)]
     }
 }
 
@@ -111,74 +111,74 @@ impl WatertightPacket {
         rays: &RayPacket,
         axes: [usize; 3],
         (corners, extent): (&[[I::F16; 3]; 3], f32),
-        (row, lanes): (usize, u16),
+        (row, lanes): (usize, u32),
         t_max: &Column,
     ) -> RowHits<I> {
-        let (mut origin, mut shear) = ([isa.splat16(0.0); 3], [isa.splat16(0.0); 3]);
+        let (mut origin, mut shear) = ([isa.splat(0.0); 3], [isa.splat(0.0); 3]);
         for axis in 0..3 {
-            origin[axis] = isa.load16(&rays.origin[axes[axis] % 3].0[row]);
-            shear[axis] = isa.load16(&self.shear[axis].0[row]);
+            origin[axis] = isa.load(&rays.origin[axes[axis] % 3].0[row]);
+            shear[axis] = isa.load(&self.shear[axis].0[row]);
         }
         let a = project(isa, &corners[0], &origin, &shear);
         let b = project(isa, &corners[1], &origin, &shear);
         let c = project(isa, &corners[2], &origin, &shear);
         let (u, v, w) = (edge(isa, &c, &b), edge(isa, &a, &c), edge(isa, &b, &a));
-        let least = isa.min16(isa.min16(u, v), w);
-        let most = isa.max16(isa.max16(u, v), w);
-        let zero = isa.splat16(0.0);
+        let least = isa.min(isa.min(u, v), w);
+        let most = isa.max(isa.max(u, v), w);
+        let zero = isa.splat(0.0);
         let (mut lateral, mut size) = (zero, zero);
         let (possible, sure) = if WATERTIGHT {
-            let reach = isa.max16(isa.abs16(shear[2]), isa.splat16(REACH));
-            size = isa.fused16(isa.splat16(extent), reach, isa.abs16(a[2]));
-            lateral = isa.fused16(size, isa.splat16(EDGE_BY_SIZE), isa.splat16(extent * EDGE_BY_EXTENT));
-            let error = isa.fused16(size, lateral, isa.splat16(LEAST_EDGE_ERROR));
-            let minus = isa.sub16(zero, error);
-            let possible = !(isa.le16(least, minus) & isa.le16(error, most)) & lanes;
-            (possible, possible & (isa.le16(error, least) | isa.le16(most, minus)))
+            let reach = isa.max(isa.abs(shear[2]), isa.splat(REACH));
+            size = isa.fused(isa.splat(extent), reach, isa.abs(a[2]));
+            lateral = isa.fused(size, isa.splat(EDGE_BY_SIZE), isa.splat(extent * EDGE_BY_EXTENT));
+            let error = isa.fused(size, lateral, isa.splat(LEAST_EDGE_ERROR));
+            let minus = isa.sub(zero, error);
+            let possible = !(isa.le(least, minus) & isa.le(error, most)) & lanes;
+            (possible, possible & (isa.le(error, least) | isa.le(most, minus)))
         } else {
-            let inside = (isa.le16(zero, least) | isa.le16(most, zero)) & lanes;
+            let inside = (isa.le(zero, least) | isa.le(most, zero)) & lanes;
             (inside, inside)
         };
-        let determinant = isa.add16(isa.add16(u, v), w);
-        let back = isa.le16(determinant, zero);
+        let determinant = isa.add(isa.add(u, v), w);
+        let back = isa.le(determinant, zero);
         if possible == 0 {
             return RowHits { lanes: 0, ambiguous: 0, back, t: zero, v, w, determinant };
         }
-        let sum = isa.fused16(w, c[2], isa.fused16(v, b[2], isa.mul16(u, a[2])));
-        let t_scale = isa.load16(&self.t_scale.0[row]);
-        let t = isa.mul16(isa.div16(sum, determinant), t_scale);
-        let (t_min, t_max) = (isa.load16(&rays.t_min.0[row]), isa.load16(&t_max.0[row]));
+        let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
+        let t_scale = isa.load(&self.t_scale.0[row]);
+        let t = isa.mul(isa.div(sum, determinant), t_scale);
+        let (t_min, t_max) = (isa.load(&rays.t_min.0[row]), isa.load(&t_max.0[row]));
         let (mut close, mut ambiguous) = (sure, 0);
         if WATERTIGHT {
-            let lateral = isa.mul16(lateral, isa.splat16(LATERAL));
+            let lateral = isa.mul(lateral, isa.splat(LATERAL));
             let error = distance_error(isa, [&a, &b, &c], [lateral, size], determinant);
-            let bound = isa.mul16(isa.abs16(sum), isa.splat16(MOST_DISTANCE_ERROR));
-            close &= isa.le16(error, bound) & isa.le16(bound, isa.splat16(f32::MAX));
+            let bound = isa.mul(isa.abs(sum), isa.splat(MOST_DISTANCE_ERROR));
+            close &= isa.le(error, bound) & isa.le(bound, isa.splat(f32::MAX));
             ambiguous = possible & !close;
             if ambiguous & sure != 0 {
-                let scale = isa.mul16(isa.splat16(UNIT_ROUNDOFF), t_scale);
-                let error = isa.mul16(isa.div16(error, isa.abs16(determinant)), scale);
-                let (nearest, farthest) = (isa.sub16(t, error), isa.add16(t, error));
-                let outside = isa.le16(farthest, t_min) & !isa.le16(t_min, farthest)
-                    | isa.le16(t_max, nearest) & !isa.le16(nearest, t_max);
+                let scale = isa.mul(isa.splat(UNIT_ROUNDOFF), t_scale);
+                let error = isa.mul(isa.div(error, isa.abs(determinant)), scale);
+                let (nearest, farthest) = (isa.sub(t, error), isa.add(t, error));
+                let outside = isa.le(farthest, t_min) & !isa.le(t_min, farthest)
+                    | isa.le(t_max, nearest) & !isa.le(nearest, t_max);
                 ambiguous &= !(sure & outside);
             }
         }
-        let met = isa.le16(t_min, t) & isa.le16(t, t_max) & isa.le16(t, isa.splat16(f32::MAX));
+        let met = isa.le(t_min, t) & isa.le(t, t_max) & isa.le(t, isa.splat(f32::MAX));
         // Adding zero turns a negative zero into a positive one.
-        RowHits { lanes: close & met, ambiguous, back, t: isa.add16(t, zero), v, w, determinant }
+        RowHits { lanes: close & met, ambiguous, back, t: isa.add(t, zero), v, w, determinant }
     }
 }
 
 #[inline(always)]
 fn project<I: Isa>(isa: I, corner: &[I::F16; 3], origin: &[I::F16; 3], shear: &[I::F16; 3]) -> [I::F16; 3] {
-    let (x, y, z) = (isa.sub16(corner[0], origin[0]), isa.sub16(corner[1], origin[1]), isa.sub16(corner[2], origin[2]));
-    [isa.fused_less16(shear[0], z, x), isa.fused_less16(shear[1], z, y), isa.mul16(shear[2], z)]
+    let (x, y, z) = (isa.sub(corner[0], origin[0]), isa.sub(corner[1], origin[1]), isa.sub(corner[2], origin[2]));
+    [isa.fused_less(shear[0], z, x), isa.fused_less(shear[1], z, y), isa.mul(shear[2], z)]
 }
 
 #[inline(always)]
 fn edge<I: Isa>(isa: I, from: &[I::F16; 3], to: &[I::F16; 3]) -> I::F16 {
-    isa.sub16(isa.mul16(from[0], to[1]), isa.mul16(from[1], to[0]))
+    isa.sub(isa.mul(from[0], to[1]), isa.mul(from[1], to[0]))
 }
 
 /// See [`crate::geometry::watertight`].
@@ -189,14 +189,14 @@ fn distance_error<I: Isa>(
     [lateral, size]: [I::F16; 2],
     determinant: I::F16,
 ) -> I::F16 {
-    let one = [isa.sub16(b[0], a[0]), isa.sub16(b[1], a[1]), isa.sub16(b[2], a[2])];
-    let other = [isa.sub16(c[0], a[0]), isa.sub16(c[1], a[1]), isa.sub16(c[2], a[2])];
-    let x = isa.abs16(isa.fused_less16(other[2], one[0], isa.mul16(one[2], other[0])));
-    let y = isa.abs16(isa.fused_less16(other[2], one[1], isa.mul16(one[2], other[1])));
-    let depth = isa.add16(isa.abs16(one[2]), isa.abs16(other[2]));
-    let lateral = isa.mul16(isa.mul16(lateral, lateral), isa.splat16(DEPTH_BY_LATERAL));
-    let weights = isa.fused16(isa.abs16(determinant), isa.splat16(DEPTH_BY_AREA), lateral);
-    let slope = isa.mul16(isa.add16(x, y), isa.splat16(SLOPE_BY_SIZE));
-    let depth = isa.fused16(depth, weights, isa.splat16(LEAST_DISTANCE_ERROR));
-    isa.fused16(slope, size, depth)
+    let one = [isa.sub(b[0], a[0]), isa.sub(b[1], a[1]), isa.sub(b[2], a[2])];
+    let other = [isa.sub(c[0], a[0]), isa.sub(c[1], a[1]), isa.sub(c[2], a[2])];
+    let x = isa.abs(isa.fused_less(other[2], one[0], isa.mul(one[2], other[0])));
+    let y = isa.abs(isa.fused_less(other[2], one[1], isa.mul(one[2], other[1])));
+    let depth = isa.add(isa.abs(one[2]), isa.abs(other[2]));
+    let lateral = isa.mul(isa.mul(lateral, lateral), isa.splat(DEPTH_BY_LATERAL));
+    let weights = isa.fused(isa.abs(determinant), isa.splat(DEPTH_BY_AREA), lateral);
+    let slope = isa.mul(isa.add(x, y), isa.splat(SLOPE_BY_SIZE));
+    let depth = isa.fused(depth, weights, isa.splat(LEAST_DISTANCE_ERROR));
+    isa.fused(slope, size, depth)
 }

@@ -46,7 +46,7 @@ impl Kernel for Sweep<'_> {
         let (block_count, node_count) = (self.blocks.len(), self.nodes.len());
         // Blocks first, then nodes from the last to the first.
         let mut boxes: Vec<TwoCorners> = Vec::with_capacity(block_count + node_count);
-        let mut triangle_boxes = isa.splat4(0.0);
+        let mut triangle_boxes = isa.splat(0.0);
         for at in 0..block_count {
             isa.prefetch(self.blocks, at + BLOCKS_AHEAD);
             if let Some(ahead) = self.corners.get(at + BLOCKS_AHEAD) {
@@ -56,10 +56,10 @@ impl Kernel for Sweep<'_> {
             }
             let moved = move_block(isa, &mut self.blocks[at], &self.corners[at], self.positions);
             boxes.push(moved.bounds);
-            triangle_boxes = isa.add4(triangle_boxes, moved.triangle_boxes);
+            triangle_boxes = isa.add(triangle_boxes, moved.triangle_boxes);
         }
-        let empty = (isa.splat4(f32::INFINITY), isa.splat4(f32::NEG_INFINITY));
-        let zero = isa.splat8(0.0);
+        let empty = (isa.splat(f32::INFINITY), isa.splat(f32::NEG_INFINITY));
+        let zero = isa.splat(0.0);
         let mut cost = zero;
         for at in (0..node_count).rev() {
             isa.prefetch(self.nodes, at.wrapping_sub(NODES_AHEAD));
@@ -73,37 +73,36 @@ impl Kernel for Sweep<'_> {
                 } else {
                     (block_count + node_count - 1 + self.first_node).wrapping_sub(link.node_index())
                 };
-                let (mut min, mut max) = (isa.load4(&boxes[first][0]), isa.load4(&boxes[first][1]));
+                let (mut min, mut max) = (isa.load(&boxes[first][0]), isa.load(&boxes[first][1]));
                 // The item count of a link to a node is one.
                 for item in 1..link.item_count() {
-                    min = isa.min4(min, isa.load4(&boxes[first + item][0]));
-                    max = isa.max4(max, isa.load4(&boxes[first + item][1]));
+                    min = isa.min(min, isa.load(&boxes[first + item][0]));
+                    max = isa.max(max, isa.load(&boxes[first + item][1]));
                 }
                 (lower[lane & (LANES - 1)], upper[lane & (LANES - 1)]) = (min, max);
-                (lower_corner, upper_corner) = (isa.min4(lower_corner, min), isa.max4(upper_corner, max));
+                (lower_corner, upper_corner) = (isa.min(lower_corner, min), isa.max(upper_corner, max));
             }
-            boxes.push([isa.store4(lower_corner), isa.store4(upper_corner)]);
+            boxes.push([isa.store(lower_corner), isa.store(upper_corner)]);
             let (lower, upper) = (isa.transpose_xyz(&lower), isa.transpose_xyz(&upper));
             let mut extent = [zero; 3];
             for axis in 0..3 {
-                node.planes[axis] = [isa.store8(lower[axis]), isa.store8(upper[axis])];
-                extent[axis] = isa.max8(isa.sub8(upper[axis], lower[axis]), zero);
+                node.planes[axis] = [isa.store(lower[axis]), isa.store(upper[axis])];
+                extent[axis] = isa.max(isa.sub(upper[axis], lower[axis]), zero);
             }
             let [x, y, z] = extent;
-            let area = isa.add8(isa.add8(isa.mul8(x, y), isa.mul8(y, z)), isa.mul8(z, x));
-            let visits =
-                isa.add8(isa.extract_bits::<{ WideLink::COUNT_SHIFT as i32 }, 7>(&node.links), isa.splat8(1.0));
-            cost = isa.add8(cost, isa.mul8(area, visits));
+            let area = isa.add(isa.add(isa.mul(x, y), isa.mul(y, z)), isa.mul(z, x));
+            let visits = isa.add(isa.extract_bits::<{ WideLink::COUNT_SHIFT as i32 }, 7>(&node.links), isa.splat(1.0));
+            cost = isa.add(cost, isa.mul(area, visits));
         }
         let mut sum = 0.0;
-        for area in isa.store8(cost) {
+        for area in isa.store(cost) {
             sum += f64::from(area) * f64::from(COSTS.item);
         }
         let [min, max] = boxes[boxes.len() - 1];
         ChunkBounds {
             bounds: Aabb::new([min[0], min[1], min[2]], [max[0], max[1], max[2]]),
             cost: sum,
-            triangle_boxes: isa.store4(triangle_boxes).map(f64::from).iter().sum(),
+            triangle_boxes: isa.store(triangle_boxes).map(f64::from).iter().sum(),
         }
     }
 }
@@ -119,7 +118,7 @@ struct Moved<F4> {
 /// Writes the corners of a block.
 #[inline(always)]
 fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, positions: &[[f32; 3]]) -> Moved<I::F4> {
-    let zero = isa.splat4(0.0);
+    let zero = isa.splat(0.0);
     let mut rows = [[zero; 3]; 3];
     for corner in 0..3 {
         let [a, b, c, d] = corners[corner];
@@ -129,24 +128,24 @@ fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, posi
             isa.load3(&positions[c as usize]),
             isa.load3(&positions[d as usize]),
         ];
-        let [x, y, z, _] = isa.transpose4([a, b, c, d]);
+        let [x, y, z, _] = isa.transpose([a, b, c, d]);
         rows[corner] = [x, y, z];
     }
     let [min, max] = block.set_corners(isa, rows);
-    let extent = [isa.sub4(max[0], min[0]), isa.sub4(max[1], min[1]), isa.sub4(max[2], min[2])];
+    let extent = [isa.sub(max[0], min[0]), isa.sub(max[1], min[1]), isa.sub(max[2], min[2])];
     let mut largest = zero;
     for axis in 0..3 {
-        largest = isa.max4(extent[axis], largest);
+        largest = isa.max(extent[axis], largest);
     }
     let [x, y, z] = extent;
-    let areas = isa.add4(isa.add4(isa.mul4(x, y), isa.mul4(y, z)), isa.mul4(z, x));
-    let pad = isa.mul4(largest, isa.splat4(PADDING));
-    let [a, b, c, d] = isa.transpose4([isa.sub4(min[0], pad), isa.sub4(min[1], pad), isa.sub4(min[2], pad), zero]);
-    let lower_corner = isa.min4(isa.min4(a, b), isa.min4(c, d));
-    let [a, b, c, d] = isa.transpose4([isa.add4(max[0], pad), isa.add4(max[1], pad), isa.add4(max[2], pad), zero]);
-    let upper_corner = isa.max4(isa.max4(a, b), isa.max4(c, d));
+    let areas = isa.add(isa.add(isa.mul(x, y), isa.mul(y, z)), isa.mul(z, x));
+    let pad = isa.mul(largest, isa.splat(PADDING));
+    let [a, b, c, d] = isa.transpose([isa.sub(min[0], pad), isa.sub(min[1], pad), isa.sub(min[2], pad), zero]);
+    let lower_corner = isa.min(isa.min(a, b), isa.min(c, d));
+    let [a, b, c, d] = isa.transpose([isa.add(max[0], pad), isa.add(max[1], pad), isa.add(max[2], pad), zero]);
+    let upper_corner = isa.max(isa.max(a, b), isa.max(c, d));
     Moved {
-        bounds: [isa.store4(lower_corner), isa.store4(upper_corner)],
+        bounds: [isa.store(lower_corner), isa.store(upper_corner)],
         triangle_boxes: isa.blend_prefix(block.count, areas, zero),
     }
 }
