@@ -36,7 +36,7 @@ impl Column {
         let zero: I::F16 = isa.splat(0.0);
         let mut set = 0;
         for row in 0..ROWS {
-            set |= u64::from(!isa.le(isa.load(&self.0[row]), zero)) << (16 * row);
+            set |= u64::from(!isa.le(isa.load(&self.0[row]), zero) & ALL_LANES) << (16 * row);
         }
         set
     }
@@ -61,7 +61,7 @@ impl Column {
 #[inline(always)]
 pub(super) fn larger<I: Isa>(isa: I, most: I::F16, x: I::F16, lanes: u32) -> I::F16 {
     let larger = isa.max(x, most);
-    if lanes == 0xffff {
+    if lanes == ALL_LANES {
         return larger;
     }
     let mut kept = isa.store(most);
@@ -92,10 +92,13 @@ pub(super) fn size<I: Isa>(isa: I, x: I::F16) -> I::F16 {
     isa.max(x, isa.sub(isa.splat(0.0), x))
 }
 
+/// The lanes of a row, a bit each.
+const ALL_LANES: u32 = 0xffff;
+
 /// The sixteen bits of a row.
 #[inline(always)]
 pub(crate) fn lanes_of(set: u64, row: usize) -> u32 {
-    (set >> (16 * (row & 3))) as u32 & 0xffff
+    (set >> (16 * (row & 3))) as u32 & ALL_LANES
 }
 
 /// One coordinate of some vectors after the linear part of a map.
@@ -170,7 +173,7 @@ impl RayPacket {
             set &= u64::from(forward) << (16 * row) | !(0xffff << (16 * row));
             packet.t_min.0[row] = isa.store(t_min);
             far.0[row] = isa.store(t_max);
-            let out = !lanes_of(set, row);
+            let out = !lanes_of(set, row) & ALL_LANES;
             if out != 0 {
                 isa.store_masked(&mut far.0[row], out, isa.splat(f32::NEG_INFINITY));
             }
