@@ -1,10 +1,10 @@
 //! `kinetree`, the command line: renders moving scenes, and reports what their trees are like.
 //!
 //! `args` declares the arguments, `scene` loads scenes, `render`, `inspect` and `bake` are the
-//! commands. They use `camera` for the camera of a picture, `names`, `destination`, `partial_file` and
-//! `file_id` for the files that they write, `output` for the standard streams, `baked_trees` for
-//! files of trees, `progress` for the progress bar, and `summary`, `trees`, `figures`, `table` and
-//! `memory` for what they report. `failure` is how a command fails.
+//! commands. They use `camera` for the camera of a picture, `names`, `destination`, `partial_file`
+//! and `file_id` for the files that they write, `output` for the standard streams, `baked_trees`
+//! for files of trees, `progress` for the progress bar, and `summary`, `trees`, `figures`, `table`
+//! and `memory` for what they report. `failure` is how a command fails.
 
 mod args;
 mod bake;

@@ -6,17 +6,17 @@
 //!     [--processes 3] [--json FILE] [--results FOLDER]
 //! ```
 //!
-//! All engines run in one process. They get the same triangles and the same rays, generated once per
-//! scene from a seed. Their answers are compared with the reference before anything is timed; then
-//! they run in turn, round by round, so that changes of the clock frequency affect all of them. On
-//! one thread, processor time is measured, pinned to a core.
+//! All engines run in one process. They get the same triangles and the same rays, generated once
+//! per scene from a seed. Their answers are compared with the reference before anything is timed;
+//! then they run in turn, round by round, so that changes of the clock frequency affect all of
+//! them. On one thread, processor time is measured, pinned to a core.
 //!
 //! The modules: `case` describes what is measured, `scene` generates or loads triangles (`soup`),
-//! `rays` generates sets of rays with the random numbers of `rng`, `engine` holds the engines behind
-//! one interface, `level` forces them to one set of instructions, `agree` compares answers, `exact`
-//! computes the right ones, `measure` has clocks and statistics, `compare` runs it all, `closed`
-//! counts wrong answers in closed shapes, `report` writes the results, `machine` names the machine,
-//! `peers` downloads the libraries that are loaded at run time.
+//! `rays` generates sets of rays with the random numbers of `rng`, `engine` holds the engines
+//! behind one interface, `level` forces them to one set of instructions, `agree` compares answers,
+//! `exact` computes the right ones, `measure` has clocks and statistics, `compare` runs it all,
+//! `closed` counts wrong answers in closed shapes, `report` writes the results, `machine` names the
+//! machine, `peers` downloads the libraries that are loaded at run time.
 
 mod agree;
 mod case;

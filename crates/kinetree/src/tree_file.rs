@@ -1,16 +1,19 @@
 //! Trees that were built before the game runs: many in one file, each found by its mesh.
 //!
 //! `kinetree bake` writes such a file; a game that has read it hands each tree to the mesh that it
-//! was built for, and the first commit builds nothing. All numbers are little-endian. In this order:
+//! was built for, and the first commit builds nothing. All numbers are little-endian. In this
+//! order:
 //!
 //! | what | bytes |
 //! |---|---|
 //! | `kt-trees` | 8 |
 //! | version, number of trees | 4 each |
-//! | each tree: its length; the tree, as [`MeshBvh::to_bytes`](crate::MeshBvh::to_bytes) writes it | 8; length |
+//! | each tree: its length; the bytes of the tree | 8; length |
 //!
-//! A tree carries a digest of itself and the fingerprint of its mesh, and the lengths must add up to
-//! the length of the file, so every changed bit is noticed.
+//! The bytes of a tree are those of [`Mesh::bake`] or
+//! [`MeshBvh::to_bytes`](crate::MeshBvh::to_bytes). A tree carries a digest of itself and the
+//! fingerprint of its mesh, and the lengths must add up to the length of the file, so every changed
+//! bit is noticed.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -32,7 +35,8 @@ const HEADER_BYTES: usize = MAGIC.len() + 4 + 4;
 /// use kinetree::{Action, Mesh, Motion, Scene, TreeFile};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let load_track = || Mesh::new(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
+/// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let load_track = || Mesh::new(&corners, &[[0, 1, 2]]);
 ///
 /// // Once, before the game runs; `kinetree bake` does the same for a glTF file.
 /// let bytes = TreeFile::write(&[load_track()?.bake(&BuildOptions::default())]);
@@ -50,7 +54,8 @@ const HEADER_BYTES: usize = MAGIC.len() + 4 + 4;
 /// # }
 /// ```
 ///
-/// Meshes that are in a scene already take their trees by [`Scene::set_tree`](crate::Scene::set_tree).
+/// Meshes that are in a scene already take their trees by
+/// [`Scene::set_tree`](crate::Scene::set_tree).
 #[derive(Clone)]
 pub struct TreeFile<'a> {
     bytes: Cow<'a, [u8]>,
@@ -59,7 +64,8 @@ pub struct TreeFile<'a> {
 }
 
 impl<'a> TreeFile<'a> {
-    /// Reads the bytes of a file, which may be borrowed (from a mapped file or `include_bytes!`) or owned.
+    /// Reads the bytes of a file, which may be borrowed (from a mapped file or `include_bytes!`) or
+    /// owned.
     ///
     /// The digest of every tree is compared here; whether a tree keeps its promises is checked when
     /// a mesh takes it. Any bytes are safe to read: the time and memory that this takes are bounded
@@ -92,8 +98,8 @@ impl<'a> TreeFile<'a> {
         bytes
     }
 
-    /// The tree that was baked for this mesh, for [`Mesh::with_tree`]; `None` if there is none, or the
-    /// mesh has other positions or triangles than when it was baked.
+    /// The tree that was baked for this mesh, for [`Mesh::with_tree`]; `None` if there is none, or
+    /// the mesh has other positions or triangles than when it was baked.
     pub fn tree_of(&self, mesh: &Mesh) -> Option<&[u8]> {
         self.tree_with_fingerprint(mesh.fingerprint())
     }
