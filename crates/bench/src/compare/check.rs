@@ -7,13 +7,13 @@
 
 use std::collections::BTreeMap;
 
-use super::guarded::guarded;
+use super::collect::{DisputedAnswers, collect_answers};
 use super::lineup::{BuiltEngine, named};
 use super::log::Log;
 use super::plan::Plan;
-use crate::agree::{AnswerDifferences, Dispute, EngineAnswer, ExactAnswers, disputes};
+use crate::agree::{AnswerDifferences, EngineAnswer, ExactAnswers, disputes};
 use crate::case::{Case, leeway};
-use crate::engine::{Batch, FAST_PRECISION_SUFFIX, Reference};
+use crate::engine::{FAST_PRECISION_SUFFIX, Reference};
 use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
 use crate::rays::{Kind, Question, RaySet};
@@ -90,15 +90,6 @@ fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec
         differences.all, differences.rays, differences.at_edges
     ));
     differences.elsewhere() == 0
-}
-
-/// The rays of one set on which an engine, called in one way, disagrees with the reference.
-struct DisputedAnswers {
-    /// The index of the set.
-    set: usize,
-    /// The suffix of the batch; `None` for calls with one ray each.
-    batch: Option<&'static str>,
-    disputes: Vec<Dispute>,
 }
 
 /// Collects the answers of all engines, decides disputed rays, and counts wrong answers. Engines
@@ -188,55 +179,6 @@ fn count_wrong_answers(
     checked.some_engine_differs |= total.elsewhere() > 0;
     // `Precision::Fast` does not promise what the watertight test does.
     checked.kinetree_is_wrong |= ours && !built.name.ends_with(FAST_PRECISION_SUFFIX) && total.elsewhere() > 0;
-}
-
-/// Calls an engine in every way in which it will be timed.
-///
-/// # Errors
-/// A sentence, if the engine panics.
-fn collect_answers(
-    sets: &[RaySet],
-    expected: &[Vec<Answer>],
-    built: &BuiltEngine,
-) -> Result<Vec<DisputedAnswers>, String> {
-    let tree = &built.tree;
-    let mut all = Vec::new();
-    for (at, set) in sets.iter().enumerate() {
-        let mut add = |batch: Option<&'static str>, given: Option<Vec<EngineAnswer>>| {
-            let name = named(&built.name, batch.unwrap_or_default());
-            let given = given.ok_or_else(|| format!("  {name} panicked on {}: NOT TIMED", set.kind.name()))?;
-            all.push(DisputedAnswers { set: at, batch, disputes: disputes(&expected[at], given) });
-            Ok::<(), String>(())
-        };
-        add(
-            None,
-            answers(set, |answers| tree.closest(&set.rays, answers), |blocked| tree.occluded(&set.rays, blocked)),
-        )?;
-        let Some(coherence) = set.kind.batch() else { continue };
-        for batch in tree.batches().into_iter().filter(|batch: &&dyn Batch| batch.suits(coherence)) {
-            let closest = |answers: &mut [Answer]| batch.closest(&set.rays, answers, coherence);
-            let occluded = |blocked: &mut [bool]| batch.occluded(&set.rays, blocked, coherence);
-            add(Some(batch.suffix()), answers(set, closest, occluded))?;
-        }
-    }
-    Ok(all)
-}
-
-/// The answers to a set of rays; `None` if the engine panics.
-fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<EngineAnswer>> {
-    let ask = || match set.kind.question() {
-        Question::Closest => {
-            let mut answers = vec![Answer::MISS; set.rays.len()];
-            closest(&mut answers);
-            answers.into_iter().map(EngineAnswer::Nearest).collect()
-        }
-        Question::Occluded => {
-            let mut blocked = vec![false; set.rays.len()];
-            occluded(&mut blocked);
-            blocked.into_iter().map(EngineAnswer::Occluded).collect()
-        }
-    };
-    guarded(|| Ok(ask())).ok()
 }
 
 fn describe(engine: &str, set: &RaySet, differences: &AnswerDifferences, soup: &Soup) -> String {

@@ -3,6 +3,7 @@
 mod budget;
 mod builds;
 mod check;
+mod collect;
 mod growth;
 mod guarded;
 mod lineup;
