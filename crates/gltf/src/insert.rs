@@ -1,10 +1,10 @@
 //! From an asset to a scene: all of it, or nothing.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use kinetree::{Affine, EditError, InstanceId, NodeId, Scene};
-use kinetree_world::{CameraSource, LightSource};
+use kinetree_world::{CameraSource, LightSource, MaterialBindings};
 
 use crate::asset::Asset;
 use crate::clip::Playing;
@@ -143,8 +143,7 @@ impl Insertion<'_> {
                 None => (self.parent(index), Local::of(&self.asset.nodes[index]).affine()),
             };
             let id = self.scene.add_instance(parent, mesh, placement).map_err(refused(|| self.item(index)))?;
-            let surface = mesh_source.surface;
-            self.inserted.instances.push(LoadedInstance { node: index, mesh, surface, id });
+            self.inserted.instances.push(LoadedInstance { node: index, mesh, id });
             self.scene.set_opaque(id, mesh_source.is_opaque).map_err(refused(|| self.item(index)))?;
         }
         Ok(())
@@ -165,7 +164,7 @@ impl Insertion<'_> {
         let skins = rig.skins.iter().map(|skin| LoadedSkin {
             index: skin.index,
             name: skin.name.clone(),
-            joints: skin.joints.iter().map(|&joint| ids[rig.skeleton.node(joint)]).collect(),
+            joints: skin.joints.iter().map(|&joint| ids[rig.skeleton.node(joint as usize)]).collect(),
         });
         let lights = contents.lights.iter().map(|&(node, light)| LightSource { node: ids[node], light });
         let cameras = contents.cameras.iter().map(|(node, name, camera)| CameraSource {
@@ -173,13 +172,17 @@ impl Insertion<'_> {
             node: ids[*node],
             camera: *camera,
         });
+        let mut material_bindings = MaterialBindings::default();
+        for (source, instance) in contents.instances.iter().zip(&self.inserted.instances) {
+            material_bindings.bind(instance.id, contents.meshes[source.mesh as usize].surface);
+        }
         Loaded {
             skins: skins.collect(),
             lights: lights.collect(),
             cameras: cameras.collect(),
-            surfaces: OnceLock::new(),
             notes: Arc::clone(self.asset.shared_notes()),
             material_set: Arc::clone(&contents.material_set),
+            material_bindings,
             inserted: self.inserted,
             player,
         }

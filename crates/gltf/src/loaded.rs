@@ -1,11 +1,10 @@
 //! A file in a scene: what was inserted, and how to take it out again.
 
-use std::collections::HashMap;
 use std::fmt;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use kinetree::{EditError, InstanceId, MeshId, NodeId, Scene};
-use kinetree_world::{CameraSource, LightSource, Material, MaterialSet, Surface};
+use kinetree_world::{CameraSource, LightSource, Material, MaterialBindings, MaterialSet, Surface};
 
 use crate::clip::ClipInfo;
 use crate::insert::Inserted;
@@ -22,10 +21,9 @@ pub struct Loaded {
     pub(crate) skins: Vec<LoadedSkin>,
     pub(crate) lights: Vec<LightSource>,
     pub(crate) cameras: Vec<CameraSource>,
-    /// As [`LoadedInstance::surface`]; made by the first call that needs it.
-    pub(crate) surfaces: OnceLock<HashMap<InstanceId, u32>>,
     pub(crate) notes: Arc<[String]>,
     pub(crate) material_set: Arc<MaterialSet>,
+    pub(crate) material_bindings: MaterialBindings,
 }
 
 /// A node of the file in the scene.
@@ -60,8 +58,6 @@ pub struct LoadedInstance {
     pub node: usize,
     /// In the scene.
     pub mesh: MeshId,
-    /// Index into [`MaterialSet::surfaces`] of [`Loaded::material_set`].
-    pub surface: u32,
     /// In the scene.
     pub id: InstanceId,
 }
@@ -135,11 +131,16 @@ impl Loaded {
         &self.material_set
     }
 
+    /// The surface of each instance, as an index into [`MaterialSet::surfaces`] of
+    /// [`Loaded::material_set`].
+    pub fn material_bindings(&self) -> &MaterialBindings {
+        &self.material_bindings
+    }
+
     /// Which triangles of an instance have which material, with texture coordinates and vertex
     /// colours; `None` for an instance that is not of this file.
     pub fn surface(&self, instance: InstanceId) -> Option<&Surface> {
-        let all = || self.instances().iter().map(|instance| (instance.id, instance.surface)).collect();
-        let surface = *self.surfaces.get_or_init(all).get(&instance)?;
+        let surface = self.material_bindings.surface(instance)?;
         self.material_set.surfaces.get(surface as usize)
     }
 

@@ -16,9 +16,9 @@ pub(crate) struct Skin {
     pub(crate) index: usize,
     pub(crate) name: Option<Arc<str>>,
     /// Bones of the skeleton.
-    pub(crate) joints: Vec<usize>,
-    /// The inverse bind matrices.
-    joint_from_mesh: Vec<Affine>,
+    pub(crate) joints: Vec<u32>,
+    /// The inverse bind matrices; without them, all are the identity.
+    joint_from_mesh: Option<Vec<Affine>>,
 }
 
 impl Skin {
@@ -36,10 +36,11 @@ impl Skin {
         let mut joints = Vec::with_capacity(skin.joints.len());
         for &joint in &skin.joints {
             document.get(joint, "node", &item)?;
-            joints.push(skeleton.bone(joint.value()).ok_or_else(|| item.invalid("has a joint that is no bone"))?);
+            let bone = skeleton.bone(joint.value()).ok_or_else(|| item.invalid("has a joint that is no bone"))?;
+            joints.push(bone as u32);
         }
         let joint_from_mesh = match skin.inverse_bind_matrices {
-            None => vec![Affine::IDENTITY; joints.len()],
+            None => None,
             Some(accessor) => {
                 let matrices = accessors.floats::<16>(accessor, ElementType::Mat4, &item)?;
                 if matrices.len() < joints.len() || !matrices.as_flattened().iter().all(|number| number.is_finite()) {
@@ -47,7 +48,7 @@ impl Skin {
                         item.invalid("has fewer inverse bind matrices than joints, or some that are not finite")
                     );
                 }
-                matrices.iter().take(joints.len()).map(affine).collect()
+                Some(matrices.iter().take(joints.len()).map(affine).collect())
             }
         };
         let name = skin.name.as_deref().map(Arc::from);
@@ -66,14 +67,17 @@ pub(crate) struct JointMatrices {
 impl JointMatrices {
     /// Before the first update.
     pub(crate) fn new(skin: &Skin) -> Self {
-        Self { matrices: skin.joint_from_mesh.clone(), version: 0 }
+        Self { matrices: vec![Affine::IDENTITY; skin.joints.len()], version: 0 }
     }
 
     pub(crate) fn update(&mut self, skin: &Skin, pose: &SkeletonPose) {
         let mut changed = false;
-        let joints = skin.joints.iter().zip(&skin.joint_from_mesh);
-        for (matrix, (&bone, &joint_from_mesh)) in self.matrices.iter_mut().zip(joints) {
-            let root_from_mesh = pose.root_from_bone(bone) * joint_from_mesh;
+        for (joint, (matrix, &bone)) in self.matrices.iter_mut().zip(&skin.joints).enumerate() {
+            let root_from_joint = pose.root_from_bone(bone as usize);
+            let root_from_mesh = match &skin.joint_from_mesh {
+                Some(joint_from_mesh) => root_from_joint * joint_from_mesh[joint],
+                None => root_from_joint,
+            };
             changed |= *matrix != root_from_mesh;
             *matrix = root_from_mesh;
         }

@@ -65,9 +65,7 @@ impl Asset {
         let loaded = insert(self, &mut scene, root, NodeSelection::Needed, Playing::Together)?;
         let mut world = World::new(scene);
         world.material_set = Arc::clone(&loaded.material_set);
-        for instance in loaded.instances() {
-            world.material_bindings.bind(instance.id, instance.surface);
-        }
+        world.material_bindings = loaded.material_bindings;
         if !loaded.player.is_still() {
             world.animation = Box::new(PlayTogether(loaded.player));
         }
