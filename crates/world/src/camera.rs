@@ -18,6 +18,24 @@ impl Camera {
         Self { world_from_camera: Affine::look_at(eye, target, [0.0, 1.0, 0.0]), fov_y }
     }
 
+    /// The ray through a point of an image of `size` pixels, width and height, in world space with
+    /// unit direction. `pixel` counts from the upper left corner; the centre of the first pixel is
+    /// `[0.5, 0.5]`, so that positions of a mouse can be passed as they are.
+    ///
+    /// ```
+    /// use kinetree_world::Camera;
+    ///
+    /// let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], 0.8);
+    /// let ray = camera.ray([320.0, 240.0], [640, 480]);
+    /// assert_eq!((ray.origin, ray.direction), ([0.0, 0.0, 5.0], [0.0, 0.0, -1.0]));
+    /// ```
+    ///
+    /// For many rays of one image, a [`CameraProjection`] does the work that they share once.
+    pub fn ray(&self, pixel: [f32; 2], size: [u32; 2]) -> Ray {
+        let [width, height] = size.map(|side| side.max(1) as f32);
+        CameraProjection::new(self, width / height).ray([pixel[0] / width, pixel[1] / height])
+    }
+
     /// Position, metres, world space.
     pub fn position(&self) -> [f32; 3] {
         self.world_from_camera.translation
@@ -63,8 +81,8 @@ impl CameraProjection {
         depth > 0.0 && within(self.right) && within(self.up)
     }
 
-    /// The ray through a point of the image, in world space with unit direction: (0, 0) is the upper left corner,
-    /// (1, 1) the lower right.
+    /// The ray through a point of the image, in world space with unit direction: (0, 0) is the
+    /// upper left corner, (1, 1) the lower right.
     #[inline]
     pub fn ray(&self, [x, y]: [f32; 2]) -> Ray {
         let direction = self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y);
@@ -87,6 +105,16 @@ mod tests {
         assert!((at(0.5, 0.5) - Vec3::NEG_Z).length() < 1e-6);
         assert!((at(0.0, 0.0) - Vec3::new(-2.0, 1.0, -1.0)).length() < 1e-5);
         assert!((at(1.0, 1.0) - Vec3::new(2.0, -1.0, -1.0)).length() < 1e-5);
+    }
+
+    #[test]
+    fn pixels_are_counted_from_the_upper_left_corner() {
+        let camera = Camera::look_at([1.0, 2.0, 3.0], [4.0, 0.0, -1.0], 0.7);
+        let projection = CameraProjection::new(&camera, 2.0);
+        for (pixel, point) in [([0.0, 0.0], [0.0, 0.0]), ([0.5, 0.5], [0.125, 0.25]), ([4.0, 1.0], [1.0, 0.5])] {
+            assert_eq!(camera.ray(pixel, [4, 2]), projection.ray(point));
+        }
+        assert!(Vec3::from(camera.ray([0.0; 2], [0, 0]).direction).is_normalized());
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! What a renderer of a [`kinetree`] scene needs beside geometry: materials, textures, lights, cameras
-//! and animation. There is no renderer here; `kinetree-render` is one.
+//! What a renderer of a [`kinetree`] scene needs beside geometry: materials, textures, lights,
+//! cameras and animation. There is no renderer here; `kinetree-render` is one.
 //!
 //! A [`World`] is a scene with all of these. [`World::frame`] brings it to a time, and returns a
 //! [`Frame`]: a snapshot of the scene with materials, and lights in world space. A frame borrows

@@ -43,8 +43,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// Transforms a light from the space of a node to world space. Position and direction follow the
-    /// node; intensity, range and angles do not scale with it (KHR_lights_punctual).
+    /// Transforms a light from the space of a node to world space. Position and direction follow
+    /// the node; intensity, range and angles do not scale with it (KHR_lights_punctual).
     pub fn placed(&self, world_from_node: &Affine) -> Self {
         let turned = |direction: [f32; 3]| {
             let turned = Vec3::from(world_from_node.transform_vector(direction));

@@ -71,9 +71,9 @@ pub enum Scatter {
         /// of the outside.
         ior: f32,
     },
-    /// A dielectric sheet without thickness, such as a car window modelled as one layer: reflects by
-    /// Fresnel's formulas summed over both boundaries, and transmits the rest without changing its
-    /// direction.
+    /// A dielectric sheet without thickness, such as a car window modelled as one layer: reflects
+    /// by Fresnel's formulas summed over both boundaries, and transmits the rest without changing
+    /// its direction.
     ThinDielectric {
         /// Index of refraction of the sheet.
         ior: f32,

@@ -1,7 +1,8 @@
 //! All materials and textures of a world, and the surfaces that assign them to triangles.
 //!
-//! A [`MaterialSet`] is made once, when a world is loaded. [`MaterialBindings`](crate::MaterialBindings) give
-//! each instance one of [`MaterialSet::surfaces`], and a surface has a material for every triangle of the mesh.
+//! A [`MaterialSet`] is made once, when a world is loaded.
+//! [`MaterialBindings`](crate::MaterialBindings) give each instance one of
+//! [`MaterialSet::surfaces`], and a surface has a material for every triangle of the mesh.
 
 use std::fmt;
 
@@ -21,7 +22,8 @@ pub struct MaterialSet {
 /// The materials and vertex attributes of one mesh.
 #[derive(Default, Clone)]
 pub struct Surface {
-    /// Ranges of triangles with the same material, by ascending `first_triangle`; the first starts at
+    /// Ranges of triangles with the same material, by ascending `first_triangle`; the first starts
+    /// at
     /// 0. Without a part, all triangles have the default material, white and diffuse.
     pub parts: Vec<Part>,
     /// Texture coordinates, one per vertex, or empty. (0, 0) is the image's upper left corner.

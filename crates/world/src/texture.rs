@@ -85,9 +85,9 @@ impl Wrap {
 }
 
 impl Texture {
-    /// The filtered colour at texture coordinates, linear RGBA in 0..=1. (0, 0) is the upper left corner of the image,
-    /// (1, 1) the lower right. A texture without texels, or with too few, is white; a place that is
-    /// not finite counts as (0, 0).
+    /// The filtered colour at texture coordinates, linear RGBA in 0..=1. (0, 0) is the upper left
+    /// corner of the image, (1, 1) the lower right. A texture without texels, or with too few, is
+    /// white; a place that is not finite counts as (0, 0).
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
         let texels = u64::from(self.width) * u64::from(self.height);
         if texels == 0 || (self.texels.len() as u64) < texels {
@@ -136,8 +136,8 @@ fn floor(x: f32) -> f32 {
 pub struct TextureRef {
     /// Index into [`MaterialSet::textures`].
     pub texture: u32,
-    /// Texture coordinates are scaled by `scale`, rotated by `rotation`, and moved by `offset`, in this
-    /// order (KHR_texture_transform).
+    /// Texture coordinates are scaled by `scale`, rotated by `rotation`, and moved by `offset`, in
+    /// this order (KHR_texture_transform).
     pub scale: [f32; 2],
     /// Radians, counter-clockwise as in KHR_texture_transform.
     pub rotation: f32,
@@ -161,8 +161,8 @@ impl TextureRef {
         [cos * u + sin * v + self.offset[0], -sin * u + cos * v + self.offset[1]]
     }
 
-    /// The colour at texture coordinates of a mesh, linear RGBA in 0..=1; white when there is no such
-    /// texture.
+    /// The colour at texture coordinates of a mesh, linear RGBA in 0..=1; white when there is no
+    /// such texture.
     #[inline]
     pub fn lookup(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 4] {
         textures.get(self.texture as usize).map_or([1.0; 4], |texture| texture.lookup(self.transformed(uv)))
