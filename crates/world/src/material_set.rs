@@ -22,9 +22,8 @@ pub struct MaterialSet {
 /// The materials and vertex attributes of one mesh.
 #[derive(Default, Clone)]
 pub struct Surface {
-    /// Ranges of triangles with the same material, by ascending `first_triangle`; the first starts
-    /// at
-    /// 0. Without a part, all triangles have the default material, white and diffuse.
+    /// Ranges of triangles with the same material, by ascending `first_triangle`, which is 0 for the
+    /// first. Without a part, all triangles have the default material, white and diffuse.
     pub parts: Vec<Part>,
     /// Texture coordinates, one per vertex, or empty. (0, 0) is the image's upper left corner.
     pub uvs: Vec<[f32; 2]>,

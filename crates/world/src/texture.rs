@@ -87,7 +87,7 @@ impl Wrap {
 impl Texture {
     /// The filtered colour at texture coordinates, linear RGBA in 0..=1. (0, 0) is the upper left
     /// corner of the image, (1, 1) the lower right. A texture without texels, or with too few, is
-    /// white; a place that is not finite counts as (0, 0).
+    /// white; coordinates that are not finite count as (0, 0).
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
         let texels = u64::from(self.width) * u64::from(self.height);
         if texels == 0 || (self.texels.len() as u64) < texels {

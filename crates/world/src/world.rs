@@ -62,7 +62,7 @@ impl World {
     /// Brings the scene to a time, in seconds, commits it, and returns the frame.
     ///
     /// # Errors
-    /// An edit of the animation that the scene refused.
+    /// An edit of the animation that the scene refused; a light whose node has been removed.
     pub fn frame(&mut self, seconds: f64) -> Result<Frame, EditError> {
         self.animation.go_to(&mut self.scene, seconds)?;
         let lights = self
