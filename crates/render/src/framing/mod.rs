@@ -15,7 +15,7 @@ mod picture;
 mod portrait;
 mod region;
 mod score;
-mod sight;
+mod view_statistics;
 mod subject;
 
 use glam::Vec3;

@@ -10,8 +10,8 @@ use kinetree_world::{Camera, Frame};
 
 use super::candidates::{OUTSIDE_FOV, direction, shadow};
 use super::picture::{Extent, Picture};
-use super::sight::{Sight, is_open};
 use super::subject::Subject;
+use super::view_statistics::{ViewStatistics, is_visible};
 
 /// Directions in which cameras stand.
 const AZIMUTHS: u32 = 20;
@@ -103,7 +103,7 @@ fn shown(frame: &Frame, subject: &Subject, camera: &Camera, aspect: f32) -> f32 
         for &place in &body.places {
             let Some(at) = picture.project(place).filter(|at| at.abs().max_element() < MARGIN) else { continue };
             framed += 1.0;
-            if is_open(frame, camera, place) {
+            if is_visible(frame, camera, place) {
                 open += 1.0;
                 extent.add(at);
             }
@@ -128,9 +128,9 @@ fn recognised(subject: &Subject) -> f32 {
 /// How good the picture around the bodies is.
 fn surroundings(frame: &Frame, subject: &Subject, camera: &Camera, aspect: f32) -> f32 {
     let distance = subject.center().distance(camera.position().into());
-    let sight = Sight::through(frame, camera, aspect, distance);
+    let statistics = ViewStatistics::sample(frame, camera, aspect, distance);
     // Some sky or distance says where one is; a picture of nothing else says nothing.
-    let far = sight.far();
+    let far = statistics.far();
     let horizon = if subject.is_all { 1.0 } else { (far / 0.12).min(1.0) * ((1.0 - far) / 0.5).min(1.0) };
-    sight.open() * sight.right_side() * (0.5 + sight.variety()) * (0.6 + 0.4 * horizon)
+    statistics.clearance() * statistics.front_facing() * (0.5 + statistics.variety()) * (0.6 + 0.4 * horizon)
 }

@@ -1,7 +1,7 @@
 //! How good a camera is at showing a region.
 
 use super::region::Region;
-use super::sight::{Sight, is_open};
+use super::view_statistics::{ViewStatistics, is_visible};
 use kinetree_world::CameraProjection;
 use kinetree_world::{Camera, Frame};
 
@@ -23,11 +23,11 @@ pub(super) struct Score {
 pub(super) fn score(frame: &Frame, region: &Region, camera: &Camera, aspect: f32) -> Score {
     let projection = CameraProjection::new(camera, aspect);
     let shown =
-        region.places().iter().filter(|&&place| projection.contains(place) && is_open(frame, camera, place)).count();
+        region.places().iter().filter(|&&place| projection.contains(place) && is_visible(frame, camera, place)).count();
     let shown = shown as f32 / region.places().len().max(1) as f32;
-    let sight = Sight::through(frame, camera, aspect, region.radius());
-    let seen = (sight.part_within(|position| region.contains(position)) / ENOUGH).min(1.0);
-    let clear = sight.open() * sight.right_side();
-    let value = seen * (0.1 + (shown / MOST_SHOWN).min(1.0)) * (0.1 + sight.variety()) * clear * clear;
+    let statistics = ViewStatistics::sample(frame, camera, aspect, region.radius());
+    let seen = (statistics.part_within(|position| region.contains(position)) / ENOUGH).min(1.0);
+    let clear = statistics.clearance() * statistics.front_facing();
+    let value = seen * (0.1 + (shown / MOST_SHOWN).min(1.0)) * (0.1 + statistics.variety()) * clear * clear;
     Score { value, shown }
 }

@@ -13,13 +13,13 @@ const GRID: [u32; 2] = [32, 18];
 /// All rays.
 const RAYS: f32 = (GRID[0] * GRID[1]) as f32;
 /// Nearer than this, over the scale of what is looked at, things begin to stand in the way.
-const TOO_NEAR: f32 = 0.35;
+const NEAR: f32 = 0.35;
 /// Farther than this, over the same, is background.
 const FAR: f32 = 4.0;
 
 /// What a camera sees.
 #[derive(Debug, Default)]
-pub(super) struct Sight {
+pub(super) struct ViewStatistics {
     /// Where the surfaces are that are seen.
     positions: Vec<Vec3>,
     /// How near things are, counted more in the middle of the picture.
@@ -35,16 +35,16 @@ pub(super) struct Sight {
 }
 
 /// Whether nothing stands between a camera and a place on a surface, up to just before it.
-pub(super) fn is_open(frame: &Frame, camera: &Camera, place: Vec3) -> bool {
+pub(super) fn is_visible(frame: &Frame, camera: &Camera, place: Vec3) -> bool {
     let eye = Vec3::from(camera.position());
     !frame.snapshot.occluded(&Ray::new(eye.into(), (place - eye).into()).with_range(0.0, 0.99))
 }
 
-impl Sight {
+impl ViewStatistics {
     /// `scale` is how large what is looked at is, or how far away, metres.
-    pub(super) fn through(frame: &Frame, camera: &Camera, aspect: f32, scale: f32) -> Self {
+    pub(super) fn sample(frame: &Frame, camera: &Camera, aspect: f32, scale: f32) -> Self {
         let projection = CameraProjection::new(camera, aspect);
-        let mut sight = Self::default();
+        let mut statistics = Self::default();
         for row in 0..GRID[1] {
             for column in 0..GRID[0] {
                 let at = [(column as f32 + 0.5) / GRID[0] as f32, (row as f32 + 0.5) / GRID[1] as f32];
@@ -52,20 +52,20 @@ impl Sight {
                 if let Some(hit) = frame.snapshot.closest_hit(&ray) {
                     let point = SurfaceInteraction::new(frame, &hit, ray.direction.into());
                     let in_middle = (at[0] - 0.5).abs() < 0.25 && (at[1] - 0.5).abs() < 0.25;
-                    sight.note(&point, hit.t / scale, in_middle);
+                    statistics.add(&point, hit.t / scale, in_middle);
                 } else {
-                    sight.far += 1.0;
+                    statistics.far += 1.0;
                 }
             }
         }
-        sight
+        statistics
     }
 
-    fn note(&mut self, point: &SurfaceInteraction<'_>, distance: f32, in_middle: bool) {
+    fn add(&mut self, point: &SurfaceInteraction<'_>, distance: f32, in_middle: bool) {
         self.positions.push(point.position);
         self.back += f32::from(u8::from(!point.front));
         self.far += f32::from(u8::from(distance > FAR));
-        let nearness = (1.0 - distance / TOO_NEAR).max(0.0);
+        let nearness = (1.0 - distance / NEAR).max(0.0);
         self.blocked += nearness * if in_middle { 2.0 } else { 1.0 };
         self.triangles.push(combine(point.instance, point.primitive));
         self.instances.push(point.instance);
@@ -84,12 +84,12 @@ impl Sight {
     }
 
     /// 1 when nothing stands near the camera, 0 when all is blocked.
-    pub(super) fn open(&self) -> f32 {
+    pub(super) fn clearance(&self) -> f32 {
         (1.0 - self.blocked / RAYS).max(0.0)
     }
 
     /// The part of what is seen that shows its outside.
-    pub(super) fn right_side(&self) -> f32 {
+    pub(super) fn front_facing(&self) -> f32 {
         1.0 - self.back / (self.positions.len() as f32).max(1.0)
     }
 
