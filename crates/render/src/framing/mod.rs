@@ -1,6 +1,6 @@
 //! A camera for who brings none.
 //!
-//! Where something moves, that is what the picture is about: `bodies` finds what moves, `subject`
+//! Where something moves, that is what the picture is about: `moving_objects` finds what moves, `subject`
 //! the group to be shown, and `portrait` the camera that shows it best. Where nothing does, or it
 //! cannot be seen, the place itself is shown. Where most of the surface is, weighed so that a few
 //! huge or far triangles do not decide, is the region of interest. Some dozens of cameras are
@@ -9,7 +9,7 @@
 //! and a kitchen from within.
 
 mod backdrop;
-mod bodies;
+mod moving_objects;
 mod candidates;
 mod picture;
 mod portrait;

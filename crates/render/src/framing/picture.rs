@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 use kinetree_world::Camera;
 
-use super::subject::Shown;
+use super::subject::SampledObject;
 
 /// A camera that places are projected through.
 #[derive(Debug)]
@@ -45,8 +45,8 @@ impl Picture {
 
     /// The size of a body as a part of the picture's width, about; large without bound for what is
     /// at the eye.
-    pub(super) fn width_of(&self, body: &Shown) -> f32 {
-        body.size / (2.0 * self.half.x * body.center.distance(self.eye)).max(1e-30)
+    pub(super) fn width_of(&self, object: &SampledObject) -> f32 {
+        object.size / (2.0 * self.half.x * object.center.distance(self.eye)).max(1e-30)
     }
 }
 

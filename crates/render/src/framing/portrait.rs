@@ -76,7 +76,7 @@ fn candidates(subject: &Subject, aspect: f32) -> impl Iterator<Item = Camera> {
 fn aimed(subject: &Subject, camera: &Camera, aspect: f32) -> Camera {
     let picture = Picture::new(camera, aspect);
     let mut extent = Extent::default();
-    for &place in subject.bodies.iter().flat_map(|body| &body.places) {
+    for &place in subject.objects.iter().flat_map(|object| &object.places) {
         match picture.project(place) {
             Some(at) => extent.add(at),
             // Who stands among the bodies looks at their middle.
@@ -98,9 +98,9 @@ fn shown(frame: &Frame, subject: &Subject, camera: &Camera, aspect: f32) -> f32 
     let recognised = recognised(subject);
     let (mut seen, mut cut, mut places, mut crowding) = (0.0, 0.0, 0.0, 0.0_f32);
     let mut extent = Extent::default();
-    for body in &subject.bodies {
+    for object in &subject.objects {
         let (mut framed, mut open) = (0.0, 0.0);
-        for &place in &body.places {
+        for &place in &object.places {
             let Some(at) = picture.project(place).filter(|at| at.abs().max_element() < MARGIN) else { continue };
             framed += 1.0;
             if is_visible(frame, camera, place) {
@@ -108,8 +108,8 @@ fn shown(frame: &Frame, subject: &Subject, camera: &Camera, aspect: f32) -> f32 
                 extent.add(at);
             }
         }
-        let all = (body.places.len() as f32).max(1.0);
-        let width = picture.width_of(body);
+        let all = (object.places.len() as f32).max(1.0);
+        let width = picture.width_of(object);
         seen += (open / all / MOST_SHOWN).min(1.0) * (width / recognised).min(1.0);
         cut += all - framed;
         places += all;
@@ -117,12 +117,12 @@ fn shown(frame: &Frame, subject: &Subject, camera: &Camera, aspect: f32) -> f32 
     }
     let whole = (1.0 - cut / places.max(1.0)).powi(if subject.is_all { 4 } else { 1 });
     let fill = (extent.largest() / if subject.is_all { FILLED_BY_ALL } else { FILLED_BY_GROUP }).min(1.0);
-    seen / (subject.bodies.len() as f32).max(1.0) * whole * fill * (1.0 - 0.8 * crowding)
+    seen / (subject.objects.len() as f32).max(1.0) * whole * fill * (1.0 - 0.8 * crowding)
 }
 
 /// Many bodies need not all be large.
 fn recognised(subject: &Subject) -> f32 {
-    RECOGNISED * (8.0 / subject.bodies.len().max(1) as f32).sqrt().clamp(0.3, 1.5)
+    RECOGNISED * (8.0 / subject.objects.len().max(1) as f32).sqrt().clamp(0.3, 1.5)
 }
 
 /// How good the picture around the bodies is.

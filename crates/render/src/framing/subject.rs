@@ -4,7 +4,7 @@
 use glam::Vec3;
 use kinetree_world::Frame;
 
-use super::bodies::{Body, moving_bodies};
+use super::moving_objects::{MovingObject, moving_objects};
 use super::region::Region;
 
 /// From this part of all triangles on, everything is said to move, if it also takes [this
@@ -25,14 +25,14 @@ const MUCH_LARGER: f32 = 2.5;
 /// What is so many times smaller than the typical body of a group is not worth a look of its own.
 const MUCH_SMALLER: f32 = 0.25;
 /// Bodies that are looked at, about; of more, every so many.
-const MOST_BODIES: usize = 96;
+const MAX_OBJECTS: usize = 96;
 /// Places looked for, about, in all bodies together.
 const PLACES: usize = 384;
 
 /// Bodies to be shown, and how.
 #[derive(Debug)]
 pub(super) struct Subject {
-    pub(super) bodies: Vec<Shown>,
+    pub(super) objects: Vec<SampledObject>,
     /// The box around the bodies, world space.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
@@ -42,7 +42,7 @@ pub(super) struct Subject {
 
 /// A body with places on its surface.
 #[derive(Debug)]
-pub(super) struct Shown {
+pub(super) struct SampledObject {
     pub(super) center: Vec3,
     /// The diagonal of its box, metres.
     pub(super) size: f32,
@@ -53,18 +53,19 @@ pub(super) struct Shown {
 impl Subject {
     /// `None` when too little moves to make a picture of. `region` is where most things are.
     pub(super) fn of(frame: &Frame, region: &Region) -> Option<Self> {
-        let bodies = moving_bodies(frame);
-        let is_all = is_all(frame, &bodies);
-        let chosen = if is_all { bodies } else { group(&bodies, PART_OF_THE_WORLD * region.radius()) };
+        let objects = moving_objects(frame);
+        let is_all = is_all(frame, &objects);
+        let chosen = if is_all { objects } else { group(&objects, PART_OF_THE_WORLD * region.radius()) };
         // One thing that moves is no scene: it is either all there is, or lost in it.
         if chosen.len() < 2 {
             return None;
         }
         let (min, max) = around(&chosen);
-        let looked_at: Vec<&Body> = chosen.iter().step_by(chosen.len().div_ceil(MOST_BODIES)).collect();
-        let each = (PLACES / looked_at.len()).clamp(4, 24);
-        let bodies: Vec<Shown> = looked_at.into_iter().map(|body| Shown::of(frame, body, each)).collect();
-        Some(Self { bodies, min, max, is_all })
+        let sampled: Vec<&MovingObject> = chosen.iter().step_by(chosen.len().div_ceil(MAX_OBJECTS)).collect();
+        let each = (PLACES / sampled.len()).clamp(4, 24);
+        let objects: Vec<SampledObject> =
+            sampled.into_iter().map(|object| SampledObject::of(frame, object, each)).collect();
+        Some(Self { objects, min, max, is_all })
     }
 
     pub(super) fn center(&self) -> Vec3 {
@@ -77,14 +78,14 @@ impl Subject {
     }
 }
 
-impl Shown {
-    fn of(frame: &Frame, body: &Body, count: usize) -> Self {
+impl SampledObject {
+    fn of(frame: &Frame, object: &MovingObject, count: usize) -> Self {
         let mut places = Vec::new();
         let triangles = |part: &u32| frame.snapshot.instance_at(*part).triangles().len();
-        let stride = body.parts.iter().map(triangles).sum::<usize>().div_ceil(count).max(1);
+        let stride = object.parts.iter().map(triangles).sum::<usize>().div_ceil(count).max(1);
         // Where the next place lies, counted from the first triangle of the part.
         let mut next = stride / 2;
-        for &part in &body.parts {
+        for &part in &object.parts {
             let instance = frame.snapshot.instance_at(part);
             while next < instance.triangles().len() {
                 let corners = instance.triangles()[next].map(|vertex| {
@@ -95,76 +96,78 @@ impl Shown {
             }
             next -= instance.triangles().len();
         }
-        Self { center: body.center(), size: body.size(), places }
+        Self { center: object.center(), size: object.size(), places }
     }
 }
 
 /// Whether there is nothing to see but what moves.
-fn is_all(frame: &Frame, bodies: &[Body]) -> bool {
+fn is_all(frame: &Frame, objects: &[MovingObject]) -> bool {
     let total: usize = frame.snapshot.instances().map(|instance| instance.triangles().len()).sum();
-    let (min, max) = around(bodies);
+    let (min, max) = around(objects);
     let everything = frame.snapshot.bounds();
     let all = Vec3::from(everything.max).distance(everything.min.into());
-    triangles(bodies) > NEARLY_ALL * total as f32 && min.distance(max) > ALL_ROUND * all
+    triangles(objects) > NEARLY_ALL * total as f32 && min.distance(max) > ALL_ROUND * all
 }
 
 /// The densest group of bodies up to some size, if it is more than decoration.
-fn group(bodies: &[Body], largest: f32) -> Vec<Body> {
-    let bodies: Vec<Body> = bodies.iter().filter(|body| body.size() < largest).cloned().collect();
-    let group = densest(&bodies);
-    if triangles(&group) >= WORTH_A_LOOK * triangles(&bodies) { group } else { Vec::new() }
+fn group(objects: &[MovingObject], largest: f32) -> Vec<MovingObject> {
+    let objects: Vec<MovingObject> = objects.iter().filter(|object| object.size() < largest).cloned().collect();
+    let group = densest(&objects);
+    if triangles(&group) >= WORTH_A_LOOK * triangles(&objects) { group } else { Vec::new() }
 }
 
-fn triangles(bodies: &[Body]) -> f32 {
-    bodies.iter().map(|body| body.triangles).sum::<usize>() as f32
+fn triangles(objects: &[MovingObject]) -> f32 {
+    objects.iter().map(|object| object.triangles).sum::<usize>() as f32
 }
 
 /// The box around bodies.
-fn around(bodies: &[Body]) -> (Vec3, Vec3) {
-    bodies.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), body| (min.min(body.min), max.max(body.max)))
+fn around(objects: &[MovingObject]) -> (Vec3, Vec3) {
+    objects
+        .iter()
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), object| (min.min(object.min), max.max(object.max)))
 }
 
 /// The body with most around it, and those around it.
-fn densest(bodies: &[Body]) -> Vec<Body> {
-    let mut best: Option<(f32, &Body)> = None;
-    for seed in bodies {
+fn densest(objects: &[MovingObject]) -> Vec<MovingObject> {
+    let mut best: Option<(f32, &MovingObject)> = None;
+    for seed in objects {
         // What is small beside the seed counts little, so that a train does not gather birds.
-        let weight = neighbours(bodies, seed).map(|body| (body.size() / seed.size()).min(1.0)).sum();
+        let weight = neighbours(objects, seed).map(|object| (object.size() / seed.size()).min(1.0)).sum();
         // The first of equals stays.
         if best.is_none_or(|(most, _)| weight > most) {
             best = Some((weight, seed));
         }
     }
     best.map_or_else(Vec::new, |(_, seed)| {
-        neighbours(bodies, seed).filter(|body| body.size() > MUCH_SMALLER * seed.size()).cloned().collect()
+        neighbours(objects, seed).filter(|object| object.size() > MUCH_SMALLER * seed.size()).cloned().collect()
     })
 }
 
-fn neighbours<'a>(bodies: &'a [Body], seed: &'a Body) -> impl Iterator<Item = &'a Body> {
+fn neighbours<'a>(objects: &'a [MovingObject], seed: &'a MovingObject) -> impl Iterator<Item = &'a MovingObject> {
     let (center, size) = (seed.center(), seed.size());
-    bodies
-        .iter()
-        .filter(move |body| body.size() < MUCH_LARGER * size && body.center().distance(center) < NEIGHBOURHOOD * size)
+    objects.iter().filter(move |object| {
+        object.size() < MUCH_LARGER * size && object.center().distance(center) < NEIGHBOURHOOD * size
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn body(center: [f32; 3], size: f32) -> Body {
+    fn object(center: [f32; 3], size: f32) -> MovingObject {
         let (center, half) = (Vec3::from(center), Vec3::splat(0.5 * size / 3.0_f32.sqrt()));
-        Body { min: center - half, max: center + half, parts: Vec::new(), triangles: 1 }
+        MovingObject { min: center - half, max: center + half, parts: Vec::new(), triangles: 1 }
     }
 
     #[test]
     fn the_densest_group_is_the_cars_and_neither_the_train_nor_the_birds() {
-        let mut bodies = vec![body([300.0, 0.0, 0.0], 60.0), body([12.0, 5.0, 0.0], 30.0)];
+        let mut objects = vec![object([300.0, 0.0, 0.0], 60.0), object([12.0, 5.0, 0.0], 30.0)];
         // Five cars near each other, three further on.
-        bodies.extend([0.0, 6.0, 11.0, 17.0, 22.0, 80.0, 87.0, 94.0].map(|x| body([x, 0.0, 0.0], 4.0)));
-        bodies.extend((0..4).map(|bird| body([200.0 + 3.0 * bird as f32, 90.0, 0.0], 0.5)));
-        let group = densest(&bodies);
+        objects.extend([0.0, 6.0, 11.0, 17.0, 22.0, 80.0, 87.0, 94.0].map(|x| object([x, 0.0, 0.0], 4.0)));
+        objects.extend((0..4).map(|bird| object([200.0 + 3.0 * bird as f32, 90.0, 0.0], 0.5)));
+        let group = densest(&objects);
         assert_eq!(group.len(), 5, "{group:?}");
-        assert!(group.iter().all(|body| body.center().x < 30.0 && body.size() < 5.0), "{group:?}");
+        assert!(group.iter().all(|object| object.center().x < 30.0 && object.size() < 5.0), "{group:?}");
     }
 
     #[test]

@@ -5,17 +5,17 @@ use kinetree::{InstanceView, Motion};
 use kinetree_world::Frame;
 
 /// Moving instances looked at, about; of more, every so many.
-const MOST_INSTANCES: usize = 2048;
+const MAX_INSTANCES: usize = 2048;
 /// By how much of its size a body reaches beyond its box for parts that belong to it.
 const REACH: f32 = 0.05;
 
 /// What is larger than this part of a body is one of its own: trees may grow into each other, and
 /// remain trees.
-const PART: f32 = 0.6;
+const MAX_PART_SIZE: f32 = 0.6;
 
 /// A moving instance with those that belong to it.
 #[derive(Debug, Clone)]
-pub(super) struct Body {
+pub(super) struct MovingObject {
     /// World space.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
@@ -25,7 +25,7 @@ pub(super) struct Body {
     pub(super) triangles: usize,
 }
 
-impl Body {
+impl MovingObject {
     /// The middle of its box.
     pub(super) fn center(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
@@ -36,10 +36,12 @@ impl Body {
         (self.max - self.min).length()
     }
 
-    fn holds(&self, part: &Self) -> bool {
+    fn contains_part(&self, part: &Self) -> bool {
         let reach = Vec3::splat(REACH * self.size());
         let center = part.center();
-        part.size() < PART * self.size() && center.cmpge(self.min - reach).all() && center.cmple(self.max + reach).all()
+        part.size() < MAX_PART_SIZE * self.size()
+            && center.cmpge(self.min - reach).all()
+            && center.cmple(self.max + reach).all()
     }
 
     fn of(instance: &InstanceView<'_>) -> Option<Self> {
@@ -51,19 +53,24 @@ impl Body {
             let corner: Vec3 = instance.world_from_object().transform_point([choose(0), choose(1), choose(2)]).into();
             (min, max) = (min.min(corner), max.max(corner));
         }
-        let body = Self { min, max, parts: vec![instance.index()], triangles: instance.triangles().len() };
-        (body.size().is_finite() && body.size() > 0.0).then_some(body)
+        let object = Self { min, max, parts: vec![instance.index()], triangles: instance.triangles().len() };
+        (object.size().is_finite() && object.size() > 0.0).then_some(object)
     }
 }
 
 /// The moving bodies, the largest first.
-pub(super) fn moving_bodies(frame: &Frame) -> Vec<Body> {
+pub(super) fn moving_objects(frame: &Frame) -> Vec<MovingObject> {
     let count = frame.snapshot.instances().filter(moves).count();
-    let every = count.div_ceil(MOST_INSTANCES).max(1);
-    let mut instances: Vec<Body> =
-        frame.snapshot.instances().filter(moves).step_by(every).filter_map(|instance| Body::of(&instance)).collect();
+    let every = count.div_ceil(MAX_INSTANCES).max(1);
+    let mut instances: Vec<MovingObject> = frame
+        .snapshot
+        .instances()
+        .filter(moves)
+        .step_by(every)
+        .filter_map(|instance| MovingObject::of(&instance))
+        .collect();
     instances.sort_by(|a, b| b.size().total_cmp(&a.size()));
-    join(instances)
+    merge_parts(instances)
 }
 
 fn moves(instance: &InstanceView<'_>) -> bool {
@@ -72,33 +79,33 @@ fn moves(instance: &InstanceView<'_>) -> bool {
 
 /// Each belongs to the smallest of the larger ones that its middle lies in, if there is one. Takes
 /// the largest first.
-fn join(instances: Vec<Body>) -> Vec<Body> {
-    let mut bodies: Vec<Body> = Vec::new();
+fn merge_parts(instances: Vec<MovingObject>) -> Vec<MovingObject> {
+    let mut objects: Vec<MovingObject> = Vec::new();
     // As they were before anything joined: a row of things does not grow into one.
-    let mut alone: Vec<Body> = Vec::new();
+    let mut unmerged: Vec<MovingObject> = Vec::new();
     for instance in instances {
-        match alone.iter().rposition(|body| body.holds(&instance)) {
+        match unmerged.iter().rposition(|object| object.contains_part(&instance)) {
             Some(index) => {
-                let body = &mut bodies[index];
-                (body.min, body.max) = (body.min.min(instance.min), body.max.max(instance.max));
-                body.parts.extend(instance.parts);
-                body.triangles += instance.triangles;
+                let object = &mut objects[index];
+                (object.min, object.max) = (object.min.min(instance.min), object.max.max(instance.max));
+                object.parts.extend(instance.parts);
+                object.triangles += instance.triangles;
             }
             None => {
-                alone.push(instance.clone());
-                bodies.push(instance);
+                unmerged.push(instance.clone());
+                objects.push(instance);
             }
         }
     }
-    bodies
+    objects
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn block(center: Vec3, half: Vec3, index: u32) -> Body {
-        Body { min: center - half, max: center + half, parts: vec![index], triangles: 1 }
+    fn block(center: Vec3, half: Vec3, index: u32) -> MovingObject {
+        MovingObject { min: center - half, max: center + half, parts: vec![index], triangles: 1 }
     }
 
     #[test]
@@ -112,11 +119,11 @@ mod tests {
             let side = Vec3::new(if wheel % 2 == 0 { 1.4 } else { -1.4 }, -0.4, if wheel % 4 < 2 { 0.9 } else { -0.9 });
             blocks.push(block(Vec3::X * 4.2 * (wheel / 4) as f32 + side, Vec3::splat(0.3), 3 + wheel));
         }
-        let bodies = join(blocks);
-        assert_eq!(bodies.len(), 3);
-        for (car, body) in bodies.iter().enumerate() {
+        let objects = merge_parts(blocks);
+        assert_eq!(objects.len(), 3);
+        for (car, object) in objects.iter().enumerate() {
             let wheels: Vec<u32> = (0..4).map(|wheel| 3 + 4 * car as u32 + wheel).collect();
-            assert_eq!((body.parts[0], &body.parts[1..]), (car as u32, &wheels[..]));
+            assert_eq!((object.parts[0], &object.parts[1..]), (car as u32, &wheels[..]));
         }
     }
 }
