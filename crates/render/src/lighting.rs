@@ -4,12 +4,11 @@ use std::ops::ControlFlow;
 
 use glam::Vec3;
 use kinetree::EditError;
-use kinetree_world::CameraProjection;
+use kinetree_world::{Camera, CameraProjection, CameraSource, Frame, Light, LightSource, Sky, World};
 
 use crate::color::luminance;
 use crate::lights::LightTable;
 use crate::{Settings, default_camera, render};
-use kinetree_world::{Camera, CameraSource, Frame, Light, LightSource, Sky, World};
 
 /// Columns, rows and samples per pixel of the picture that shows whether a scene is dark.
 const TEST_PICTURE: [u32; 3] = [32, 18, 32];

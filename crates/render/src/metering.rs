@@ -13,7 +13,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use kinetree::Ray;
-use kinetree_world::CameraProjection;
+use kinetree_world::{Camera, CameraProjection, Frame};
 
 use crate::color::luminance;
 use crate::interaction::SurfaceInteraction;
@@ -22,7 +22,6 @@ use crate::sampler::unit_hash;
 use crate::tonemap::{automatic_exposure, exposure_of};
 use crate::warp::{Basis, cosine_hemisphere};
 use crate::{Film, framing};
-use kinetree_world::{Camera, Frame};
 
 /// Largest numbers of rays across and down.
 const MAX_RAYS: [u32; 2] = [96, 54];

@@ -8,11 +8,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use kinetree::Ray;
-use kinetree_world::CameraProjection;
+use kinetree_world::{Camera, CameraProjection, Frame};
 use rayon::prelude::*;
 
 use crate::{Film, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
-use kinetree_world::{Camera, Frame};
 
 /// The size, sampling and integrator of a picture.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,32 +1,32 @@
-//! What moves in a frame, as bodies: a car with its wheels and its driver is one.
+//! The moving objects of a frame, each with its parts: a car with its wheels and its driver is one.
 
 use glam::Vec3;
 use kinetree::{InstanceView, Motion};
 use kinetree_world::Frame;
 
-/// Moving instances looked at, about; of more, every so many.
+/// Of more moving instances than about this many, a regular subset is taken.
 const MAX_INSTANCES: usize = 2048;
-/// By how much of its size a body reaches beyond its box for parts that belong to it.
+/// Parts may lie outside the box of their object by this fraction of its size.
 const REACH: f32 = 0.05;
 
-/// What is larger than this part of a body is one of its own: trees may grow into each other, and
-/// remain trees.
+/// An instance larger than this fraction of an object is no part of it but an object of its own:
+/// trees whose crowns overlap stay separate.
 const MAX_PART_SIZE: f32 = 0.6;
 
-/// A moving instance with those that belong to it.
+/// A moving instance together with the smaller ones that belong to it.
 #[derive(Debug, Clone)]
 pub(super) struct MovingObject {
-    /// World space.
+    /// Bounding box, world space.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
-    /// Numbers of the instances in the frame, the largest first.
+    /// Dense indices of the instances, the largest first.
     pub(super) parts: Vec<u32>,
-    /// In all parts.
+    /// Number of triangles of all parts.
     pub(super) triangles: usize,
 }
 
 impl MovingObject {
-    /// The middle of its box.
+    /// The centre of its box.
     pub(super) fn center(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -58,7 +58,7 @@ impl MovingObject {
     }
 }
 
-/// The moving bodies, the largest first.
+/// The moving objects, the largest first.
 pub(super) fn moving_objects(frame: &Frame) -> Vec<MovingObject> {
     let count = frame.snapshot.instances().filter(moves).count();
     let every = count.div_ceil(MAX_INSTANCES).max(1);
@@ -77,11 +77,12 @@ fn moves(instance: &InstanceView<'_>) -> bool {
     instance.motion() != Motion::Static
 }
 
-/// Each belongs to the smallest of the larger ones that its middle lies in, if there is one. Takes
-/// the largest first.
+/// Merges each instance into the smallest of the larger objects that contains its centre, if there
+/// is one. Expects the largest first.
 fn merge_parts(instances: Vec<MovingObject>) -> Vec<MovingObject> {
     let mut objects: Vec<MovingObject> = Vec::new();
-    // As they were before anything joined: a row of things does not grow into one.
+    // The objects without their parts: tested against these, a row of instances does not merge into
+    // one object.
     let mut unmerged: Vec<MovingObject> = Vec::new();
     for instance in instances {
         match unmerged.iter().rposition(|object| object.contains_part(&instance)) {
@@ -109,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn wheels_belong_to_their_car_and_cars_to_nobody() {
+    fn wheels_are_parts_of_their_car_and_cars_are_separate() {
         let mut blocks = Vec::new();
         for car in 0..3 {
             let center = Vec3::X * 4.2 * car as f32;

@@ -2,8 +2,7 @@
 
 use super::region::Region;
 use super::view_statistics::{ViewStatistics, is_visible};
-use kinetree_world::CameraProjection;
-use kinetree_world::{Camera, Frame};
+use kinetree_world::{Camera, CameraProjection, Frame};
 
 /// The part of the picture that should show the region; more is no better.
 const ENOUGH: f32 = 0.55;

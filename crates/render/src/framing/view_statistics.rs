@@ -1,47 +1,51 @@
-//! What a camera sees, by a coarse grid of rays.
+//! Statistics of what a camera sees, from a coarse grid of rays.
 
 use glam::Vec3;
 use kinetree::Ray;
-use kinetree_world::CameraProjection;
+use kinetree_world::{Camera, CameraProjection, Frame};
 
 use crate::interaction::SurfaceInteraction;
 use crate::sampler::combine;
-use kinetree_world::{Camera, Frame};
 
-/// Rays across and down.
+/// Numbers of rays across and down.
 const GRID: [u32; 2] = [32, 18];
-/// All rays.
+/// The number of rays.
 const RAYS: f32 = (GRID[0] * GRID[1]) as f32;
-/// Nearer than this, over the scale of what is looked at, things begin to stand in the way.
+/// Surfaces nearer than this multiple of the scale of the subject obstruct the view.
 const NEAR: f32 = 0.35;
-/// Farther than this, over the same, is background.
+/// Surfaces farther than this multiple of that scale are background.
 const FAR: f32 = 4.0;
 
-/// What a camera sees.
+/// Statistics of the first hits of a grid of camera rays.
 #[derive(Debug, Default)]
 pub(super) struct ViewStatistics {
-    /// Where the surfaces are that are seen.
+    /// Positions of the hits, world space.
     positions: Vec<Vec3>,
-    /// How near things are, counted more in the middle of the picture.
+    /// Sum of how near obstructing hits are, with double weight in the middle of the picture.
     blocked: f32,
-    /// Seen from the side that the winding faces away from.
+    /// Number of hits on back faces.
     back: f32,
-    /// Neither near nor in the middle distance, or nothing at all.
+    /// Number of rays that hit the background or nothing.
     far: f32,
+    /// A hash of the triangle of each hit.
     triangles: Vec<u32>,
+    /// The dense instance index of each hit.
     instances: Vec<u32>,
+    /// The quantised normal of each hit.
     facings: Vec<u32>,
+    /// The quantised logarithm of the distance of each hit.
     depths: Vec<u32>,
 }
 
-/// Whether nothing stands between a camera and a place on a surface, up to just before it.
-pub(super) fn is_visible(frame: &Frame, camera: &Camera, place: Vec3) -> bool {
+/// Whether a point on a surface is visible from a camera. The last hundredth of the distance is not
+/// tested, so that the surface itself does not occlude it.
+pub(super) fn is_visible(frame: &Frame, camera: &Camera, point: Vec3) -> bool {
     let eye = Vec3::from(camera.position());
-    !frame.snapshot.occluded(&Ray::new(eye.into(), (place - eye).into()).with_range(0.0, 0.99))
+    !frame.snapshot.occluded(&Ray::new(eye.into(), (point - eye).into()).with_range(0.0, 0.99))
 }
 
 impl ViewStatistics {
-    /// `scale` is how large what is looked at is, or how far away, metres.
+    /// Traces the grid of rays. `scale` is the size of the subject, or its distance, metres.
     pub(super) fn sample(frame: &Frame, camera: &Camera, aspect: f32, scale: f32) -> Self {
         let projection = CameraProjection::new(camera, aspect);
         let mut statistics = Self::default();
@@ -73,27 +77,27 @@ impl ViewStatistics {
         self.depths.push((distance.max(1e-6).log2() * 2.0 + 100.0) as u32);
     }
 
-    /// The part of the picture that shows a surface within somewhere.
+    /// The part of the picture whose hits satisfy a condition.
     pub(super) fn part_within(&self, contains: impl Fn(Vec3) -> bool) -> f32 {
         self.positions.iter().filter(|&&position| contains(position)).count() as f32 / RAYS
     }
 
-    /// The part of the picture that shows nothing, or what is far away.
+    /// The part of the picture that shows background or nothing.
     pub(super) fn far(&self) -> f32 {
         self.far / RAYS
     }
 
-    /// 1 when nothing stands near the camera, 0 when all is blocked.
+    /// 1 when nothing near the camera obstructs the view, 0 when everything is obstructed.
     pub(super) fn clearance(&self) -> f32 {
         (1.0 - self.blocked / RAYS).max(0.0)
     }
 
-    /// The part of what is seen that shows its outside.
+    /// The part of the hits that are on front faces.
     pub(super) fn front_facing(&self) -> f32 {
         1.0 - self.back / (self.positions.len() as f32).max(1.0)
     }
 
-    /// How different the things in the picture are, from 0 to 1.
+    /// How varied the picture is in triangles, instances, normals and distances, from 0 to 1.
     pub(super) fn variety(&self) -> f32 {
         let detail = (distinct(self.triangles.clone()) / RAYS).min(1.0).sqrt();
         0.4 * detail
@@ -103,22 +107,22 @@ impl ViewStatistics {
     }
 }
 
-/// One of 26 directions.
+/// Quantises a unit vector to one of 26 directions.
 fn facing(normal: Vec3) -> u32 {
     let cell = (normal * 1.5 + Vec3::splat(1.5)).clamp(Vec3::ZERO, Vec3::splat(2.0)).as_uvec3();
     cell.x + 3 * cell.y + 9 * cell.z
 }
 
-/// How many different values there are.
+/// The number of distinct values.
 fn distinct(mut values: Vec<u32>) -> f32 {
     values.sort_unstable();
     values.dedup();
     values.len() as f32
 }
 
-/// How evenly values are spread, from 0 for a single one to 1 for `most` of equal number or more:
-/// the exponential of their entropy, on a logarithmic scale.
-fn evenness(mut values: Vec<u32>, most: f32) -> f32 {
+/// The entropy of values over that of `max` equally frequent ones: from 0 for a single value to 1 for
+/// `max` or more.
+fn evenness(mut values: Vec<u32>, max: f32) -> f32 {
     values.sort_unstable();
     let total = (values.len() as f32).max(1.0);
     let entropy: f32 = values
@@ -128,7 +132,7 @@ fn evenness(mut values: Vec<u32>, most: f32) -> f32 {
             -part * part.ln()
         })
         .sum();
-    (entropy / most.ln()).clamp(0.0, 1.0)
+    (entropy / max.ln()).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]
