@@ -1,20 +1,21 @@
-//! Sky domes and other backdrops: they surround everything, and are nothing to frame.
+//! Sky domes and other backdrops, which surround everything else and are left out of the region of
+//! interest.
 
 use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::region::{Sample, around, dense};
+use super::region::{Sample, around, dense_interval};
 
-/// A backdrop is so many times as large, along every axis, as where the rest is dense. A room is
-/// less.
+/// A backdrop is at least this many times as large, along every axis, as the dense part of the
+/// rest. A room is less.
 const MUCH_LARGER: f32 = 3.0;
 
-/// A backdrop holds this part of the rest.
+/// A backdrop contains at least this part of the rest.
 const HOLDS: f32 = 0.95;
 
-/// The most instances that are tried, the largest first: a sky, its clouds, its stars.
-const MOST_TRIED: usize = 4;
+/// The largest instances are tried, at most this many: a sky, its clouds, its stars.
+const MAX_CANDIDATES: usize = 4;
 
 /// The samples of a frame without those of its backdrops.
 pub(super) fn without_backdrops(mut samples: Vec<Sample>) -> Vec<Sample> {
@@ -25,9 +26,9 @@ pub(super) fn without_backdrops(mut samples: Vec<Sample>) -> Vec<Sample> {
     }
     let mut largest: Vec<(u32, Vec3, Vec3)> =
         boxes.into_iter().map(|(instance, (min, max))| (instance, min, max)).collect();
-    // Stable: of equals the first comes first.
+    // The sort is stable: of equal instances the first comes first.
     largest.sort_by(|a, b| b.1.distance(b.2).total_cmp(&a.1.distance(a.2)));
-    for (instance, min, max) in largest.into_iter().take(MOST_TRIED) {
+    for (instance, min, max) in largest.into_iter().take(MAX_CANDIDATES) {
         let rest: Vec<Vec3> =
             samples.iter().filter(|sample| sample.instance != instance).map(|sample| sample.center).collect();
         if is_backdrop(min, max, &rest) {
@@ -37,13 +38,13 @@ pub(super) fn without_backdrops(mut samples: Vec<Sample>) -> Vec<Sample> {
     samples
 }
 
-/// Whether a box is much larger than the dense part of the rest, and holds nearly all of it.
+/// Whether a box is much larger than the dense part of the rest, and contains nearly all of it.
 fn is_backdrop(min: Vec3, max: Vec3, rest: &[Vec3]) -> bool {
     let held = rest.iter().filter(|point| point.cmpge(min).all() && point.cmple(max).all()).count();
     if rest.is_empty() || (held as f32) < HOLDS * rest.len() as f32 {
         return false;
     }
-    let [x, y, z] = [0, 1, 2].map(|axis| dense(rest.iter().map(|point| (point[axis], 1.0))));
+    let [x, y, z] = [0, 1, 2].map(|axis| dense_interval(rest.iter().map(|point| (point[axis], 1.0))));
     let (low, high) = around(&[Vec3::new(x.0, y.0, z.0), Vec3::new(x.1, y.1, z.1)]);
     ((max - min).cmpge(MUCH_LARGER * (high - low))).all() && (max - min).min_element() > 0.0
 }

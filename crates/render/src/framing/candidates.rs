@@ -1,4 +1,4 @@
-//! Cameras worth trying.
+//! Candidate cameras for the region of interest.
 
 use std::f32::consts::PI;
 
@@ -12,40 +12,41 @@ pub(super) const OUTSIDE_FOV: f32 = 0.75;
 /// Vertical field of view of cameras that stand in the region, radians.
 const INSIDE_FOV: f32 = 1.15;
 
-/// Azimuths in the order in which they are tried, in turns: a little from the side first.
+/// Azimuths in turns, in the order in which they are tried: slightly from the side first.
 const AZIMUTHS: [f32; 8] = [0.09, 0.91, 0.16, 0.84, 0.34, 0.66, 0.41, 0.59];
 
-/// Of more objects than these, the region is a place that may be seen from nearer by.
-pub(super) const FEW: usize = 8;
-/// The part of the width or height of the picture that objects take up which are shown whole.
+/// A region of more objects is treated as a place, which cameras may also show from within.
+pub(super) const MAX_FEW_OBJECTS: usize = 8;
+/// Objects that are shown whole take up this part of the width or height of the picture.
 const FILLED: f32 = 0.88;
 
-/// Where cameras stand that see the region from outside.
+/// Cameras that see the region from outside.
 pub(super) fn outside(region: &Region, aspect: f32) -> Vec<Camera> {
     match region.objects() {
-        Some(objects) if objects.count <= FEW => whole(objects, aspect),
+        Some(objects) if objects.count <= MAX_FEW_OBJECTS => whole(objects, aspect),
         Some(objects) => whole(objects, aspect).into_iter().chain(around(region, aspect)).collect(),
         None => around(region, aspect),
     }
 }
 
-/// From all sides, as near as all of the objects are in the picture.
+/// Cameras from all sides, each as near as it can be with all of the objects in the picture.
 fn whole(objects: &Objects, aspect: f32) -> Vec<Camera> {
     let directions =
         [0.2, 0.35, 0.55].into_iter().flat_map(|elevation| AZIMUTHS.map(|turn| direction(turn, elevation)));
     directions.filter_map(|toward| fitted(&objects.corners, toward, aspect)).collect()
 }
 
-/// The nearest camera in a direction that has all points within the picture. Along each axis of the
-/// picture the points bound two planes through the eye, and the eye stands where the farther pair
-/// of planes meets.
+/// The nearest camera in a direction that has all points in the picture. Along each axis of the
+/// picture the points bound two planes through the eye; the eye is where the pair of planes that is
+/// farther back meets.
 fn fitted(points: &[Vec3], toward: Vec3, aspect: f32) -> Option<Camera> {
     let right = Vec3::Y.cross(toward).normalize();
     let up = toward.cross(right);
     let tangent = FILLED * (0.5 * OUTSIDE_FOV).tan();
-    // Counted from a point among them, so that small objects far away keep their digits.
+    // Coordinates are relative to one of the points, to keep precision for small objects far from
+    // the origin.
     let middle = *points.first()?;
-    // Coordinate across the picture, and how far back the eye has to stand.
+    // Coordinate of the eye along the axis, and its distance backwards.
     let fit = |axis: Vec3, tangent: f32| {
         let (mut low, mut high) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
         for &point in points {
@@ -61,7 +62,7 @@ fn fitted(points: &[Vec3], toward: Vec3, aspect: f32) -> Option<Camera> {
     eye.is_finite().then(|| Camera::look_at(eye.into(), target.into(), OUTSIDE_FOV))
 }
 
-/// Around the region, a little above, near and far.
+/// Cameras around the region, slightly above it, at several distances.
 fn around(region: &Region, aspect: f32) -> Vec<Camera> {
     let half_fov = 0.5 * OUTSIDE_FOV;
     let narrow = (half_fov.tan() * aspect).atan().min(half_fov);
@@ -70,9 +71,8 @@ fn around(region: &Region, aspect: f32) -> Vec<Camera> {
         for closeness in [1.05, 0.85, 0.65] {
             for azimuth in AZIMUTHS {
                 let toward = direction(azimuth, elevation);
-                // What is seen of the region from there is no wider than its shadow in that
-                // direction.
-                let distance = closeness * shadow(region.half(), toward) / narrow.sin();
+                // The region appears no wider than its projected radius in that direction.
+                let distance = closeness * projected_radius(region.half(), toward) / narrow.sin();
                 let eye = region.center() + toward * distance.max(1e-5);
                 cameras.push(Camera::look_at(eye.into(), region.center().into(), OUTSIDE_FOV));
             }
@@ -81,8 +81,8 @@ fn around(region: &Region, aspect: f32) -> Vec<Camera> {
     cameras
 }
 
-/// Inside the region: in the middle and towards the sides, at the height of the middle and above,
-/// looking across.
+/// Cameras inside the region: at the centre and towards the sides, at several heights, looking
+/// across.
 pub(super) fn inside(region: &Region) -> Vec<Camera> {
     let mut cameras = Vec::new();
     for height in [0.15, 0.5, -0.2] {
@@ -104,9 +104,9 @@ pub(super) fn direction(azimuth: f32, elevation: f32) -> Vec3 {
     Vec3::new(sin * elevation.cos(), elevation.sin(), cos * elevation.cos())
 }
 
-/// Radius of a box of half extents `half` as seen along a unit vector, about: its half diagonal
-/// across the view.
-pub(super) fn shadow(half: Vec3, along: Vec3) -> f32 {
+/// Approximate radius of a box with half extents `half`, projected along a unit vector: its half
+/// diagonal perpendicular to the view.
+pub(super) fn projected_radius(half: Vec3, along: Vec3) -> f32 {
     let depth = half.dot(along.abs());
     (half.length_squared() - 0.5 * depth * depth).max(0.0).sqrt()
 }
@@ -118,13 +118,13 @@ mod tests {
 
     #[test]
     fn objects_that_are_shown_whole_touch_the_margin_and_do_not_cross_it() {
-        // A tall thing, a wide one, and a small one far away.
-        for (size, place) in
+        // A tall object, a wide one, and a small one far away.
+        for (size, point) in
             [([0.3, 2.0, 0.4], [0.0; 3]), ([9.0, 0.1, 3.0], [5.0, 0.0, 0.0]), ([1e-3; 3], [50.0, 20.0, -70.0])]
         {
             let corner = |i: u32| {
                 Vec3::from(
-                    [0, 1, 2].map(|axis| place[axis] + if i >> axis & 1 == 0 { -size[axis] } else { size[axis] }),
+                    [0, 1, 2].map(|axis| point[axis] + if i >> axis & 1 == 0 { -size[axis] } else { size[axis] }),
                 )
             };
             let points: Vec<Vec3> = (0..8).map(corner).collect();

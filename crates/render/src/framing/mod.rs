@@ -1,17 +1,19 @@
-//! A camera for who brings none.
+//! The default camera for worlds without cameras.
 //!
-//! Where something moves, that is what the picture is about: `moving_objects` finds what moves, `subject`
-//! the group to be shown, and `portrait` the camera that shows it best. Where nothing does, or it
-//! cannot be seen, the place itself is shown. Where most of the surface is, weighed so that a few
-//! huge or far triangles do not decide, is the region of interest. Some dozens of cameras are
-//! tried, around it and inside it; each looks with a few hundred rays, and the one that sees most
-//! of the region, in most variety, is taken. So a car on a plain is seen from outside, as a whole,
-//! and a kitchen from within.
+//! If something moves, the picture shows it: `moving_objects` finds what moves, `subject` chooses
+//! the group to be shown, and `portrait` the camera that shows it best.
+//!
+//! If nothing moves, or it cannot be seen, the picture shows the region of interest, where most of
+//! the surface area is; areas are weighted so that a few huge or distant triangles do not decide
+//! (`region`). Some dozens of `candidates` are tried, around the region and inside it; each is
+//! scored by a few hundred rays (`score`), and the camera that sees most of the region, in most
+//! variety, is chosen. So a car on a plain is shown from outside, as a whole, and a kitchen from
+//! within.
 
 mod backdrop;
 mod moving_objects;
 mod candidates;
-mod picture;
+mod screen;
 mod portrait;
 mod region;
 mod score;
@@ -25,11 +27,11 @@ use region::Region;
 use score::Score;
 use subject::Subject;
 
-/// A camera that shows what moves in a frame, or else the middle of it. The same frame and aspect
-/// (width over height) give the same camera.
+/// A camera that shows what moves in a frame, or else the region of interest. The same frame and
+/// aspect (width over height) give the same camera.
 ///
-/// Tries some hundreds of cameras with a few hundred rays each. A frame without triangles is seen
-/// from some way off.
+/// Tries some hundreds of cameras with a few hundred rays each. A frame without triangles gets a
+/// fixed camera.
 pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
     let Some(region) = Region::of(frame) else {
         return Camera::look_at([3.0, 2.0, 4.0], [0.0; 3], candidates::OUTSIDE_FOV);
@@ -39,8 +41,8 @@ pub fn default_camera(frame: &Frame, aspect: f32) -> Camera {
     portrait.unwrap_or_else(|| overview(frame, &region, aspect))
 }
 
-/// Objects of which this part is seen from outside are looked at from there; less is seen of a
-/// room.
+/// If more than this part of the region is visible from outside, and it consists of few objects, no
+/// camera inside it is tried.
 const SEEN_FROM_OUTSIDE: f32 = 0.2;
 
 /// The camera that shows a region best.
@@ -49,7 +51,7 @@ fn overview(frame: &Frame, region: &Region, aspect: f32) -> Camera {
         let mut best: Option<(Score, Camera)> = None;
         for camera in cameras {
             let score = score::score(frame, region, &camera, aspect);
-            // The first of equals stays.
+            // Of equal scores the first is kept.
             if best.is_none_or(|(most, _)| score.value > most.value) {
                 best = Some((score, camera));
             }
@@ -57,7 +59,7 @@ fn overview(frame: &Frame, region: &Region, aspect: f32) -> Camera {
         best
     };
     let outside = best_of(candidates::outside(region, aspect));
-    let is_of_objects = region.objects().is_some_and(|objects| objects.count <= candidates::FEW);
+    let is_of_objects = region.objects().is_some_and(|objects| objects.count <= candidates::MAX_FEW_OBJECTS);
     let inside = match outside {
         Some((score, _)) if is_of_objects && score.value > 0.0 && score.shown > SEEN_FROM_OUTSIDE => None,
         _ => best_of(candidates::inside(region)),

@@ -1,5 +1,5 @@
-//! What the picture of a moving scene is about: the densest group of what moves, or all of it when
-//! nearly all moves.
+//! The subject of a picture of a moving scene: the densest group of moving objects, or everything
+//! when nearly everything moves.
 
 use glam::Vec3;
 use kinetree_world::Frame;
@@ -7,62 +7,63 @@ use kinetree_world::Frame;
 use super::moving_objects::{MovingObject, moving_objects};
 use super::region::Region;
 
-/// From this part of all triangles on, everything is said to move, if it also takes [this
-/// part](ALL_ROUND) of the room.
-const NEARLY_ALL: f32 = 0.6;
-/// The box around what moves over the box around everything, by their diagonals, from which nothing
-/// else is worth a look.
-const ALL_ROUND: f32 = 0.3;
-/// The part of the moving triangles below which a group is decoration.
-const WORTH_A_LOOK: f32 = 0.1;
-/// What is larger than this part of the region where most things are is no body in it but a part of
-/// the world.
-const PART_OF_THE_WORLD: f32 = 0.5;
-/// How far neighbours are, in sizes of the body they are neighbours of.
+/// Everything counts as moving if this part of all triangles moves, and also the box of what moves
+/// is large enough, see [`MIN_EXTENT_OF_ALL`].
+const MOVING_OF_ALL: f32 = 0.6;
+/// The diagonal of the box around what moves over that of the box around everything, from which on
+/// everything counts as moving.
+const MIN_EXTENT_OF_ALL: f32 = 0.3;
+/// A group with less than this part of the moving triangles is too small to be the subject.
+const MIN_GROUP: f32 = 0.1;
+/// An object larger than this multiple of the region's radius is scenery, not part of a group.
+const SCENERY: f32 = 0.5;
+/// The distance within which objects are neighbours, in sizes of the object.
 const NEIGHBOURHOOD: f32 = 6.0;
-/// What is so many times as large as its neighbours is no part of their group.
+/// An object this many times as large as its neighbour does not belong to its group.
 const MUCH_LARGER: f32 = 2.5;
-/// What is so many times smaller than the typical body of a group is not worth a look of its own.
+/// An object smaller than this multiple of the size of the group's seed is left out of the group.
 const MUCH_SMALLER: f32 = 0.25;
-/// Bodies that are looked at, about; of more, every so many.
+/// Of more objects than about this many, a regular subset is sampled.
 const MAX_OBJECTS: usize = 96;
-/// Places looked for, about, in all bodies together.
-const PLACES: usize = 384;
+/// The approximate number of points on all objects together.
+const POINTS: usize = 384;
 
-/// Bodies to be shown, and how.
+/// The objects to be shown, and how.
 #[derive(Debug)]
 pub(super) struct Subject {
     pub(super) objects: Vec<SampledObject>,
-    /// The box around the bodies, world space.
+    /// The bounding box of the objects, world space.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
-    /// Whether this is all there is to see, to be shown whole; else a group in its surroundings.
+    /// Whether the objects are everything there is to see, to be shown whole, instead of a group in
+    /// its surroundings.
     pub(super) is_all: bool,
 }
 
-/// A body with places on its surface.
+/// A moving object with points on its surface.
 #[derive(Debug)]
 pub(super) struct SampledObject {
     pub(super) center: Vec3,
     /// The diagonal of its box, metres.
     pub(super) size: f32,
     /// World space.
-    pub(super) places: Vec<Vec3>,
+    pub(super) points: Vec<Vec3>,
 }
 
 impl Subject {
-    /// `None` when too little moves to make a picture of. `region` is where most things are.
+    /// `None` when too little moves for a picture. `region` is the region of interest.
     pub(super) fn of(frame: &Frame, region: &Region) -> Option<Self> {
         let objects = moving_objects(frame);
         let is_all = is_all(frame, &objects);
-        let chosen = if is_all { objects } else { group(&objects, PART_OF_THE_WORLD * region.radius()) };
-        // One thing that moves is no scene: it is either all there is, or lost in it.
+        let chosen = if is_all { objects } else { group(&objects, SCENERY * region.radius()) };
+        // A single moving object is either everything there is, or lost in its surroundings: the
+        // region of interest shows it better.
         if chosen.len() < 2 {
             return None;
         }
         let (min, max) = around(&chosen);
         let sampled: Vec<&MovingObject> = chosen.iter().step_by(chosen.len().div_ceil(MAX_OBJECTS)).collect();
-        let each = (PLACES / sampled.len()).clamp(4, 24);
+        let each = (POINTS / sampled.len()).clamp(4, 24);
         let objects: Vec<SampledObject> =
             sampled.into_iter().map(|object| SampledObject::of(frame, object, each)).collect();
         Some(Self { objects, min, max, is_all })
@@ -72,7 +73,7 @@ impl Subject {
         self.min * 0.5 + self.max * 0.5
     }
 
-    /// From the middle to a face, per axis.
+    /// Half extents: from the centre to a face, per axis.
     pub(super) fn half(&self) -> Vec3 {
         self.max * 0.5 - self.min * 0.5
     }
@@ -80,10 +81,10 @@ impl Subject {
 
 impl SampledObject {
     fn of(frame: &Frame, object: &MovingObject, count: usize) -> Self {
-        let mut places = Vec::new();
+        let mut points = Vec::new();
         let triangles = |part: &u32| frame.snapshot.instance_at(*part).triangles().len();
         let stride = object.parts.iter().map(triangles).sum::<usize>().div_ceil(count).max(1);
-        // Where the next place lies, counted from the first triangle of the part.
+        // Index of the next point's triangle, counted from the first triangle of the part.
         let mut next = stride / 2;
         for &part in &object.parts {
             let instance = frame.snapshot.instance_at(part);
@@ -91,49 +92,50 @@ impl SampledObject {
                 let corners = instance.triangles()[next].map(|vertex| {
                     Vec3::from(instance.world_from_object().transform_point(instance.positions()[vertex as usize]))
                 });
-                places.push(corners.iter().sum::<Vec3>() / 3.0);
+                points.push(corners.iter().sum::<Vec3>() / 3.0);
                 next += stride;
             }
             next -= instance.triangles().len();
         }
-        Self { center: object.center(), size: object.size(), places }
+        Self { center: object.center(), size: object.size(), points }
     }
 }
 
-/// Whether there is nothing to see but what moves.
+/// Whether nearly everything in the frame moves.
 fn is_all(frame: &Frame, objects: &[MovingObject]) -> bool {
     let total: usize = frame.snapshot.instances().map(|instance| instance.triangles().len()).sum();
     let (min, max) = around(objects);
     let everything = frame.snapshot.bounds();
     let all = Vec3::from(everything.max).distance(everything.min.into());
-    triangles(objects) > NEARLY_ALL * total as f32 && min.distance(max) > ALL_ROUND * all
+    triangles(objects) > MOVING_OF_ALL * total as f32 && min.distance(max) > MIN_EXTENT_OF_ALL * all
 }
 
-/// The densest group of bodies up to some size, if it is more than decoration.
+/// The densest group of objects up to a size; empty if it has too few triangles to be the subject.
 fn group(objects: &[MovingObject], largest: f32) -> Vec<MovingObject> {
     let objects: Vec<MovingObject> = objects.iter().filter(|object| object.size() < largest).cloned().collect();
     let group = densest(&objects);
-    if triangles(&group) >= WORTH_A_LOOK * triangles(&objects) { group } else { Vec::new() }
+    if triangles(&group) >= MIN_GROUP * triangles(&objects) { group } else { Vec::new() }
 }
 
 fn triangles(objects: &[MovingObject]) -> f32 {
     objects.iter().map(|object| object.triangles).sum::<usize>() as f32
 }
 
-/// The box around bodies.
+/// The bounding box of objects.
 fn around(objects: &[MovingObject]) -> (Vec3, Vec3) {
     objects
         .iter()
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), object| (min.min(object.min), max.max(object.max)))
 }
 
-/// The body with most around it, and those around it.
+/// The object with most around it, the seed, and its neighbours.
 fn densest(objects: &[MovingObject]) -> Vec<MovingObject> {
     let mut best: Option<(f32, &MovingObject)> = None;
     for seed in objects {
-        // What is small beside the seed counts little, so that a train does not gather birds.
+        // Objects that are small beside the seed count little, so that a train does not form a
+        // group with birds.
         let weight = neighbours(objects, seed).map(|object| (object.size() / seed.size()).min(1.0)).sum();
-        // The first of equals stays.
+        // Of equal groups the first is kept.
         if best.is_none_or(|(most, _)| weight > most) {
             best = Some((weight, seed));
         }

@@ -120,8 +120,8 @@ fn distinct(mut values: Vec<u32>) -> f32 {
     values.len() as f32
 }
 
-/// The entropy of values over that of `max` equally frequent ones: from 0 for a single value to 1 for
-/// `max` or more.
+/// The entropy of values over that of `max` equally frequent ones: from 0 for a single value to 1
+/// for `max` or more.
 fn evenness(mut values: Vec<u32>, max: f32) -> f32 {
     values.sort_unstable();
     let total = (values.len() as f32).max(1.0);
