@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::region::{Sample, around, dense_interval};
+use super::region::{Sample, bounding_box, dense_interval};
 
 /// A backdrop is at least this many times as large, along every axis, as the dense part of the
 /// rest. A room is less.
@@ -45,7 +45,7 @@ fn is_backdrop(min: Vec3, max: Vec3, rest: &[Vec3]) -> bool {
         return false;
     }
     let [x, y, z] = [0, 1, 2].map(|axis| dense_interval(rest.iter().map(|point| (point[axis], 1.0))));
-    let (low, high) = around(&[Vec3::new(x.0, y.0, z.0), Vec3::new(x.1, y.1, z.1)]);
+    let (low, high) = bounding_box(&[Vec3::new(x.0, y.0, z.0), Vec3::new(x.1, y.1, z.1)]);
     ((max - min).cmpge(MUCH_LARGER * (high - low))).all() && (max - min).min_element() > 0.0
 }
 

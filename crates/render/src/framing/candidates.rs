@@ -23,14 +23,14 @@ const FILLED: f32 = 0.88;
 /// Cameras that see the region from outside.
 pub(super) fn outside(region: &Region, aspect: f32) -> Vec<Camera> {
     match region.objects() {
-        Some(objects) if objects.count <= MAX_FEW_OBJECTS => whole(objects, aspect),
-        Some(objects) => whole(objects, aspect).into_iter().chain(around(region, aspect)).collect(),
-        None => around(region, aspect),
+        Some(objects) if objects.count <= MAX_FEW_OBJECTS => fitting(objects, aspect),
+        Some(objects) => fitting(objects, aspect).into_iter().chain(orbit(region, aspect)).collect(),
+        None => orbit(region, aspect),
     }
 }
 
 /// Cameras from all sides, each as near as it can be with all of the objects in the picture.
-fn whole(objects: &Objects, aspect: f32) -> Vec<Camera> {
+fn fitting(objects: &Objects, aspect: f32) -> Vec<Camera> {
     let directions =
         [0.2, 0.35, 0.55].into_iter().flat_map(|elevation| AZIMUTHS.map(|turn| direction(turn, elevation)));
     directions.filter_map(|toward| fitted(&objects.corners, toward, aspect)).collect()
@@ -63,7 +63,7 @@ fn fitted(points: &[Vec3], toward: Vec3, aspect: f32) -> Option<Camera> {
 }
 
 /// Cameras around the region, slightly above it, at several distances.
-fn around(region: &Region, aspect: f32) -> Vec<Camera> {
+fn orbit(region: &Region, aspect: f32) -> Vec<Camera> {
     let half_fov = 0.5 * OUTSIDE_FOV;
     let narrow = (half_fov.tan() * aspect).atan().min(half_fov);
     let mut cameras = Vec::new();

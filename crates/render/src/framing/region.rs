@@ -79,7 +79,7 @@ impl Region {
         let (min, max) = (Vec3::new(x.0, y.0, z.0), Vec3::new(x.1, y.1, z.1));
         let objects = Objects::of(&samples, &weights, min, max);
         // A margin: surfaces at the ends are shown whole, and a flat region has a size too.
-        let (min, max) = objects.as_ref().map_or((min, max), |objects| around(&objects.corners));
+        let (min, max) = objects.as_ref().map_or((min, max), |objects| bounding_box(&objects.corners));
         let margin = 0.1 * (max - min) + Vec3::splat(0.02 * (max - min).max_element());
         let margin = margin.max((min.abs().max(max.abs()) * 1e-5).max(Vec3::splat(1e-6)));
         let mut region = Self { min: min - margin, max: max + margin, points: Vec::new(), objects };
@@ -160,7 +160,7 @@ impl Default for InstanceSamples {
 
 impl InstanceSamples {
     fn add(&mut self, sample: &Sample, weight: f64, is_inside: bool) {
-        let (min, max) = around(&sample.corners);
+        let (min, max) = bounding_box(&sample.corners);
         (self.min, self.max) = (self.min.min(min), self.max.max(max));
         self.weight += weight;
         self.inside += if is_inside { weight } else { 0.0 };
@@ -168,7 +168,7 @@ impl InstanceSamples {
 }
 
 /// The bounding box of points.
-pub(super) fn around(points: &[Vec3]) -> (Vec3, Vec3) {
+pub(super) fn bounding_box(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), &point| (min.min(point), max.max(point)))
 }
 

@@ -61,7 +61,7 @@ impl Subject {
         if chosen.len() < 2 {
             return None;
         }
-        let (min, max) = around(&chosen);
+        let (min, max) = bounding_box(&chosen);
         let sampled: Vec<&MovingObject> = chosen.iter().step_by(chosen.len().div_ceil(MAX_OBJECTS)).collect();
         let each = (POINTS / sampled.len()).clamp(4, 24);
         let objects: Vec<SampledObject> =
@@ -104,7 +104,7 @@ impl SampledObject {
 /// Whether nearly everything in the frame moves.
 fn is_all(frame: &Frame, objects: &[MovingObject]) -> bool {
     let total: usize = frame.snapshot.instances().map(|instance| instance.triangles().len()).sum();
-    let (min, max) = around(objects);
+    let (min, max) = bounding_box(objects);
     let everything = frame.snapshot.bounds();
     let all = Vec3::from(everything.max).distance(everything.min.into());
     triangles(objects) > MOVING_OF_ALL * total as f32 && min.distance(max) > MIN_EXTENT_OF_ALL * all
@@ -122,7 +122,7 @@ fn triangles(objects: &[MovingObject]) -> f32 {
 }
 
 /// The bounding box of objects.
-fn around(objects: &[MovingObject]) -> (Vec3, Vec3) {
+fn bounding_box(objects: &[MovingObject]) -> (Vec3, Vec3) {
     objects
         .iter()
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), object| (min.min(object.min), max.max(object.max)))
