@@ -81,7 +81,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
             if name != "target" && name != ".git" {
                 sources(&path, found);
             }
-        } else if folder.ends_with(".ci")
+        } else if folder.file_name().is_some_and(|folder| folder == ".ci")
             || ["rs", "md", "toml", "py"].iter().any(|kind| name.ends_with(&format!(".{kind}")))
         {
             found.push(path);
