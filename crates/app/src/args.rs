@@ -27,9 +27,9 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   kinetree                                              the built-in race, to race.png
-  kinetree render town.glb --time 2.5 --out town.png    one moment of a scene
+  kinetree render town.glb --time 2.5 --out town.png    a scene at 2.5 seconds
   kinetree inspect town.glb                             its meshes and trees
-  kinetree bake town.glb --out town.trees               its best trees, built once for later use";
+  kinetree bake town.glb --out town.trees               its trees, built once at best quality";
 
 /// Options that every command has.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -68,9 +68,10 @@ Examples:
   kinetree render town.glb --integrator heatmap --out heat.png --json
   kinetree render town.glb --trees town.trees --out town.png
 
-A file name may hold one %04d (or %d, %02d, ...), which becomes the number of the frame. Directories are made. Files
-appear whole or not at all; a symbolic link is followed. A pipe or a device, such as /dev/stdout, is written to, and
-what there is to say goes to standard error then. The files that are read are never written over. The same seed gives the same picture for any number of threads.";
+A file name may contain one %04d (or %d, %02d, ...), which stands for the number of the frame. Missing folders are
+created. Files appear whole or not at all; symbolic links are followed. The picture may be written to a pipe or a
+device, such as /dev/stdout; the summary goes to standard error then. Files that are read are never overwritten. The
+same seed gives the same picture for any number of threads.";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -87,9 +88,9 @@ Examples:
   kinetree bake town.glb --out town.trees
   kinetree render town.glb --trees town.trees --out town.png
 
-Trees from a file need not be built at every start, and rays take less time through them. Each is bound to its mesh:
-when the scene changes, bake again. Meshes that bend or come and go have no tree in the file. The file appears whole or
-not at all; a pipe or a device, such as /dev/stdout, is written to.";
+With trees from a file, loading builds no static or rigid trees, and rays are traced faster. Each tree is bound to its
+mesh: when the scene changes, bake again. The file has no trees of deforming and dynamic meshes. It appears whole or
+not at all; it may also be a pipe or a device, such as /dev/stdout.";
 
 /// Arguments of `kinetree render`.
 #[derive(Debug, Clone, clap::Args)]

@@ -64,11 +64,11 @@ fn meshes_of(scene: &Scene) -> impl Iterator<Item = (&Mesh, Motion)> {
 /// Builds one tree for each distinct mesh that does not deform.
 fn bake_all(loaded: &LoadedScene, progress: &Progress) -> Result<(Vec<Vec<u8>>, Vec<TreeFigures>), Failure> {
     let mut wanted: Vec<(&Mesh, Motion, Vec<usize>)> = Vec::new();
-    let mut place_of: HashMap<u64, usize> = HashMap::new();
+    let mut index_of: HashMap<u64, usize> = HashMap::new();
     for (number, (mesh, motion)) in meshes_of(&loaded.world.scene).enumerate() {
         if is_baked(motion) {
-            let place = *place_of.entry(mesh.fingerprint()).or_insert(wanted.len());
-            match wanted.get_mut(place) {
+            let index = *index_of.entry(mesh.fingerprint()).or_insert(wanted.len());
+            match wanted.get_mut(index) {
                 Some((_, _, numbers)) => numbers.push(number),
                 None => wanted.push((mesh, motion, vec![number])),
             }

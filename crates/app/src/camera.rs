@@ -20,15 +20,16 @@ pub(crate) enum CameraChoice {
 /// The vertical field of view when none is given, degrees.
 const DEFAULT_FOV: f32 = 50.0;
 
-const FORMAT: &str = "a place is written px,py,pz:tx,ty,tz or px,py,pz:tx,ty,tz:degrees, from where to where";
+const FORMAT: &str =
+    "write a camera as px,py,pz:tx,ty,tz or px,py,pz:tx,ty,tz:degrees: position, target and field of view";
 
 impl FromStr for CameraChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let is_place =
+        let is_position =
             text.contains(':') && text.contains(',') && text.chars().all(|c| "0123456789+-.,:eE ".contains(c));
-        if !is_place {
+        if !is_position {
             return Ok(Self::Named(text.to_owned()));
         }
         let parts: Vec<&str> = text.split(':').collect();
@@ -40,7 +41,7 @@ impl FromStr for CameraChoice {
             _ => return Err(FORMAT.into()),
         };
         if eye.iter().zip(&target).all(|(a, b)| a.to_bits() == b.to_bits() || a == b) {
-            return Err("it looks at the place where it stands".into());
+            return Err("position and target are the same".into());
         }
         if !(0.1..=170.0).contains(&degrees) {
             return Err("the field of view goes from 0.1 to 170 degrees".into());
@@ -125,15 +126,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_and_a_target_make_a_camera() {
-        let Ok(CameraChoice::Placed(camera)) = "1,-2.5,3e1:0,0,0:40".parse() else { panic!("this is a place") };
+    fn a_position_and_a_target_make_a_camera() {
+        let Ok(CameraChoice::Placed(camera)) = "1,-2.5,3e1:0,0,0:40".parse() else {
+            panic!("this is a position and a target")
+        };
         assert_eq!(camera.position(), [1.0, -2.5, 30.0]);
         assert!((camera.fov_y - 40_f32.to_radians()).abs() < 1e-6);
         assert!(matches!("1,2,3:0,0,0".parse(), Ok(CameraChoice::Placed(_))));
     }
 
     #[test]
-    fn what_is_no_place_is_a_name_and_what_is_nearly_one_is_refused() {
+    fn what_is_no_position_is_a_name_and_what_is_nearly_one_is_refused() {
         for name in ["track", "cam:1", "a,b,c:d,e,f", "2", ""] {
             assert_eq!(name.parse(), Ok(CameraChoice::Named(name.into())));
         }

@@ -114,7 +114,7 @@ mod tests {
     const GONE: u32 = 999_999_999;
 
     #[test]
-    fn a_leftover_goes_and_what_somebody_works_on_stays() {
+    fn leftovers_are_removed_and_files_in_use_stay() {
         let directory = tempfile::tempdir().unwrap();
         let at = |name: &str| directory.path().join(name);
         let leftover = at(&format!(".kinetree-{GONE}-0.part"));

@@ -34,7 +34,7 @@ pub(crate) fn by_name(name: &str) -> Result<Level, String> {
 /// The process cannot be started, or the library ignores the variable.
 pub(crate) fn rerun_at(level: Option<Level>) -> Result<Option<ExitCode>, Failure> {
     let Some(name) = level.map(Level::name).filter(|name| *name != Level::current().name()) else { return Ok(None) };
-    if std::env::var(VARIABLE).is_ok_and(|told| told == name) {
+    if std::env::var(VARIABLE).is_ok_and(|value| value == name) {
         return Err(format!("the library does not follow {VARIABLE}={name}").into());
     }
     let program = std::env::current_exe()?;

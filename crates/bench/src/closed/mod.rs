@@ -135,8 +135,8 @@ fn found(
     engines: &[Box<dyn Engine>],
     (name, settings, mode): &(&'static str, &[&str], CallMode),
 ) -> Option<TestedEngine> {
-    let place = |setting: &&str| engines.iter().position(|engine| engine.name() == *setting);
-    let settings: Vec<usize> = settings.iter().filter_map(place).collect();
+    let find = |setting: &&str| engines.iter().position(|engine| engine.name() == *setting);
+    let settings: Vec<usize> = settings.iter().filter_map(find).collect();
     let instructions = engines[*settings.first()?].instructions().to_owned();
     Some(TestedEngine { engine: name, instructions, settings, mode: *mode, tally: Tally::default() })
 }

@@ -57,8 +57,8 @@ impl Shape {
             };
             let rings = 2 + rng.below(3);
             let shape = Self { soup: Soup::default(), half_width, section, length, middle, axes };
-            let places: Vec<f64> = (0..rings).map(|ring| shape.ring(ring, rings, &mut rng)).collect();
-            if let Some(shape) = shape.with_soup(&places, &mut rng) {
+            let ring_positions: Vec<f64> = (0..rings).map(|ring| shape.ring(ring, rings, &mut rng)).collect();
+            if let Some(shape) = shape.with_soup(&ring_positions, &mut rng) {
                 return shape;
             }
         }
@@ -78,10 +78,10 @@ impl Shape {
     }
 
     /// Adds the triangles; `None` when the shape is too thin for its distance from the origin.
-    fn with_soup(mut self, places: &[f64], rng: &mut Rng) -> Option<Self> {
+    fn with_soup(mut self, ring_positions: &[f64], rng: &mut Rng) -> Option<Self> {
         let sides = self.section.len() as u32;
         let corners =
-            places.iter().flat_map(|along| self.section.iter().map(|at| self.point(DVec2::from(*at), *along)));
+            ring_positions.iter().flat_map(|along| self.section.iter().map(|at| self.point(DVec2::from(*at), *along)));
         let positions: Vec<Vec3> = corners.collect();
         let largest = positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
         let unit = f64::from(f32::from_bits(largest.to_bits() + 1) - largest);
@@ -92,13 +92,13 @@ impl Shape {
         let mut quad = |[a, b, c, d]: [u32; 4]| {
             triangles.extend(if rng.below(2) == 0 { [[a, b, c], [a, c, d]] } else { [[b, c, d], [b, d, a]] });
         };
-        for ring in 0..places.len() as u32 - 1 {
+        for ring in 0..ring_positions.len() as u32 - 1 {
             for side in 0..sides {
                 let (from, to) = (ring * sides + side, ring * sides + (side + 1) % sides);
                 quad([from, to, to + sides, from + sides]);
             }
         }
-        let last = (places.len() as u32 - 1) * sides;
+        let last = (ring_positions.len() as u32 - 1) * sides;
         for side in 1..sides - 1 {
             triangles.push([0, side + 1, side]);
             triangles.push([last, last + side, last + side + 1]);
@@ -141,8 +141,8 @@ impl Shape {
     pub(super) fn edge(&self, rng: &mut Rng) -> Vec3 {
         let corners = self.soup.corners(rng.below(self.soup.len()) as u32);
         let from = rng.below(3);
-        let place = if rng.below(4) == 0 { 0.0 } else { f64::from(rng.uniform()) };
-        corners[from].as_dvec3().lerp(corners[(from + 1) % 3].as_dvec3(), place).as_vec3()
+        let fraction = if rng.below(4) == 0 { 0.0 } else { f64::from(rng.uniform()) };
+        corners[from].as_dvec3().lerp(corners[(from + 1) % 3].as_dvec3(), fraction).as_vec3()
     }
 
     /// The direction along the shape.

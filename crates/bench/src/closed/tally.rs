@@ -132,13 +132,13 @@ fn to_segment(direction: DVec3, from: DVec3, to: DVec3) -> f64 {
     let (ray_from, edge_from) = (direction.dot(from), edge.dot(from));
     let denominator = edge_edge - along * along;
     // For parallel lines, one end of the segment is as near as any of its points.
-    let place = if denominator > 0.0 { (along * ray_from - edge_from) / denominator } else { 0.0 };
-    let nearest = |place: f64| {
-        let point = from + edge * place.clamp(0.0, 1.0);
+    let fraction = if denominator > 0.0 { (along * ray_from - edge_from) / denominator } else { 0.0 };
+    let nearest = |fraction: f64| {
+        let point = from + edge * fraction.clamp(0.0, 1.0);
         (point - direction * direction.dot(point).max(0.0)).length()
     };
     let behind = if edge_edge > 0.0 { -edge_from / edge_edge } else { 0.0 };
-    [place, behind, 0.0, 1.0].into_iter().map(nearest).fold(f64::INFINITY, f64::min)
+    [fraction, behind, 0.0, 1.0].into_iter().map(nearest).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

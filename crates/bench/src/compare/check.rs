@@ -185,7 +185,7 @@ fn describe(engine: &str, set: &RaySet, differences: &AnswerDifferences, soup: &
     let (name, count) = (set.kind.name(), differences.elsewhere());
     let mut text = format!("    {engine} differs on {name}: {count} rays away from edges");
     if let Some((ray, expected, given)) = differences.first {
-        let place = |answer: Answer| match soup.sources.get(answer.primitive as usize) {
+        let describe_answer = |answer: Answer| match soup.sources.get(answer.primitive as usize) {
             Some(source) => {
                 let exact = crossing(&set.rays[ray], &soup.corners(answer.primitive));
                 let exact = exact.map_or_else(|| "nowhere".to_owned(), |exact| exact.t.to_string());
@@ -197,10 +197,10 @@ fn describe(engine: &str, set: &RaySet, differences: &AnswerDifferences, soup: &
             None => "nowhere".to_owned(),
         };
         let given = match given {
-            EngineAnswer::Nearest(answer) => place(answer),
+            EngineAnswer::Nearest(answer) => describe_answer(answer),
             EngineAnswer::Occluded(blocked) => (if blocked { "somewhere" } else { "nowhere" }).to_owned(),
         };
-        text += &format!("; ray {ray}, {:?}, ends at {}, not {given}", set.rays[ray], place(expected));
+        text += &format!("; ray {ray}, {:?}, ends at {}, not {given}", set.rays[ray], describe_answer(expected));
     }
     text
 }

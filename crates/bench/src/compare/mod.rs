@@ -66,9 +66,9 @@ fn measure(options: &Options, log: &mut Log) -> Result<Record, Failure> {
     let plan = Plan::of(options);
     let mut budget = Budget::new(options.quick);
     let (mut engines, notes) = engine::all();
-    let asked =
+    let is_selected =
         |name: &str| options.engine.is_empty() || options.engine.iter().any(|start| name.starts_with(start.as_str()));
-    engines.retain(|engine| asked(engine.name()));
+    engines.retain(|engine| is_selected(engine.name()));
     let (processor, level, date) = (machine::processor(), Level::current().name(), machine::date());
     log.print(&format!("{processor}, {} threads, level {level}, {date}", plan.threads));
     log.print(&machine::versions());

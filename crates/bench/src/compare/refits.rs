@@ -38,11 +38,11 @@ pub(crate) fn run(
                 Err(failure) => log.print(&format!("  {} cannot refit: {failure}", engine.name())),
             }
         }
-        let places = [sway(soup, 1.0), sway(soup, -1.0)];
+        let poses = [sway(soup, 1.0), sway(soup, -1.0)];
         let mut turns = vec![0_usize; refitters.len()];
         let mut failures = Vec::new();
         let times = in_turn(refitters.len(), Rounds { seconds, ..plan.builds }, |at| {
-            let positions = &places[turns[at] % 2];
+            let positions = &poses[turns[at] % 2];
             turns[at] += 1;
             let (engine, refit) = &mut refitters[at];
             let _pinned = Pinned::all_to(0);

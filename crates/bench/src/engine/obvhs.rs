@@ -80,12 +80,12 @@ impl Tree for BuiltTree {
             let mut hit = RayHit::none();
             let found = self.tree.ray_traverse(engine_ray(ray), &mut hit, |ray, id| self.triangles[id].intersect(ray));
             *slot = if found {
-                let place = hit.primitive_id as usize;
-                let Triangle { v0, v1, v2 } = self.triangles[place];
+                let leaf_index = hit.primitive_id as usize;
+                let Triangle { v0, v1, v2 } = self.triangles[leaf_index];
                 // The crate's own function for the weights divides by the length of the normal once
                 // too often.
                 let (_, u, v) = moller_trumbore::hit(ray, &[v0, v1, v2].map(Into::into)).unwrap_or_default();
-                Answer { t: hit.t, u, v, primitive: self.tree.primitive_indices[place], mesh: 0 }
+                Answer { t: hit.t, u, v, primitive: self.tree.primitive_indices[leaf_index], mesh: 0 }
             } else {
                 Answer::MISS
             };

@@ -8,7 +8,7 @@ use crate::ray::{Answer, Ray};
 
 /// Sorts rays of a scene with these bounds block by block, and traces them in groups as large as
 /// those of kinetree's batches.
-pub(crate) fn in_our_order<A: Copy>(
+pub(crate) fn trace_sorted<A: Copy>(
     bounds: Aabb,
     rays: &[Ray],
     answers: &mut [A],
@@ -17,18 +17,18 @@ pub(crate) fn in_our_order<A: Copy>(
 ) {
     let mut sorter = Sorter::new(bounds);
     let library_ray = |ray: &Ray| kinetree::Ray::new(ray.origin, ray.direction).with_range(0.0, ray.t_max);
-    let (mut block, mut gathered, mut answered) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut block, mut sorted, mut answered) = (Vec::new(), Vec::new(), Vec::new());
     for (rays, answers) in rays.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
         block.clear();
         block.extend(rays.iter().map(library_ray));
-        for places in sorter.order(&block).chunks(FETCHED) {
-            gathered.clear();
-            gathered.extend(places.iter().map(|place| rays[place.ray()]));
+        for keys in sorter.order(&block).chunks(FETCHED) {
+            sorted.clear();
+            sorted.extend(keys.iter().map(|key| rays[key.ray()]));
             answered.clear();
-            answered.resize(places.len(), nothing);
-            trace(&gathered, &mut answered);
-            for (place, answer) in places.iter().zip(&answered) {
-                answers[place.ray()] = *answer;
+            answered.resize(keys.len(), nothing);
+            trace(&sorted, &mut answered);
+            for (key, answer) in keys.iter().zip(&answered) {
+                answers[key.ray()] = *answer;
             }
         }
     }
@@ -36,12 +36,12 @@ pub(crate) fn in_our_order<A: Copy>(
 
 /// The nearest hit of each ray.
 pub(crate) fn closest(bounds: Aabb, rays: &[Ray], answers: &mut [Answer], trace: impl Fn(&[Ray], &mut [Answer])) {
-    in_our_order(bounds, rays, answers, Answer::MISS, trace);
+    trace_sorted(bounds, rays, answers, Answer::MISS, trace);
 }
 
 /// Whether each ray hits anything.
 pub(crate) fn occluded(bounds: Aabb, rays: &[Ray], answers: &mut [bool], trace: impl Fn(&[Ray], &mut [bool])) {
-    in_our_order(bounds, rays, answers, false, trace);
+    trace_sorted(bounds, rays, answers, false, trace);
 }
 
 #[cfg(test)]

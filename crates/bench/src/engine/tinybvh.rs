@@ -33,8 +33,8 @@ pub(crate) fn variants() -> Result<Vec<Box<dyn Engine>>, Failure> {
 /// The processor that the C++ code is compiled for: that of this machine, unless a compiler flag
 /// says otherwise, as `.cargo/config.toml` does.
 pub(crate) fn compiled_for() -> &'static str {
-    let told = option_env!("CXXFLAGS_x86_64_unknown_linux_gnu").unwrap_or_default();
-    told.split_whitespace().rev().find_map(|flag| flag.strip_prefix("-march=")).unwrap_or("this processor")
+    let flags = option_env!("CXXFLAGS_x86_64_unknown_linux_gnu").unwrap_or_default();
+    flags.split_whitespace().rev().find_map(|flag| flag.strip_prefix("-march=")).unwrap_or("this processor")
 }
 
 struct TinyBvh {

@@ -86,24 +86,24 @@ mod tests {
     }
 
     #[test]
-    fn one_slow_round_is_enough_where_one_is_asked_for() {
-        let mut asked = [0; 2];
+    fn a_slow_contender_with_one_round_runs_once() {
+        let mut runs = [0; 2];
         let times = in_turn(2, Rounds { full: 3, behind: 1, seconds: f64::INFINITY, warm_up: true }, |contender| {
-            asked[contender] += 1;
+            runs[contender] += 1;
             let wall = [1.0, 100.0][contender];
             Some(Elapsed { wall, processor: wall })
         });
-        assert_eq!((asked, times[0].len(), times[1].len()), ([4, 1], 3, 1));
+        assert_eq!((runs, times[0].len(), times[1].len()), ([4, 1], 3, 1));
     }
 
     #[test]
     fn without_a_warm_up_every_run_counts() {
-        let mut asked = 0;
+        let mut runs = 0;
         let times = in_turn(1, Rounds { full: 3, behind: 3, seconds: f64::INFINITY, warm_up: false }, |_| {
-            asked += 1;
+            runs += 1;
             Some(Elapsed { wall: 1.0, processor: 1.0 })
         });
-        assert_eq!((asked, times[0].len()), (3, 3));
+        assert_eq!((runs, times[0].len()), (3, 3));
     }
 
     #[test]
@@ -117,12 +117,12 @@ mod tests {
 
     #[test]
     fn a_contender_that_fails_is_not_run_again() {
-        let mut asked = 0;
+        let mut runs = 0;
         let times = in_turn(1, Rounds { full: 5, behind: 5, seconds: f64::INFINITY, warm_up: true }, |_| {
-            asked += 1;
+            runs += 1;
             None
         });
         assert!(times[0].is_empty());
-        assert_eq!(asked, 1);
+        assert_eq!(runs, 1);
     }
 }

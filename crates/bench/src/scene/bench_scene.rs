@@ -50,8 +50,9 @@ impl BenchScene {
 }
 
 fn preview_rays(camera: &PinholeCamera) -> Vec<Ray> {
-    let place = |i: usize| (2 * i + 1) as f32 / PREVIEW_SIDE as f32 - 1.0;
-    let pixels = (0..PREVIEW_SIDE * PREVIEW_SIDE).map(|at| (place(at % PREVIEW_SIDE), place(at / PREVIEW_SIDE)));
+    let coordinate = |i: usize| (2 * i + 1) as f32 / PREVIEW_SIDE as f32 - 1.0;
+    let pixels =
+        (0..PREVIEW_SIDE * PREVIEW_SIDE).map(|at| (coordinate(at % PREVIEW_SIDE), coordinate(at / PREVIEW_SIDE)));
     pixels
         .map(|(x, y)| Ray::new(camera.position, (camera.forward + camera.right * x - camera.up * y).normalize()))
         .collect()

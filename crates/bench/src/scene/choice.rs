@@ -88,8 +88,8 @@ mod tests {
             assert_eq!(one.soup.positions, other.soup.positions, "{choice:?}");
             assert_eq!(one.soup.triangles, other.soup.triangles, "{choice:?}");
             assert_eq!(one.soup.len(), one.soup.sources.len());
-            let asked = if matches!(choice, SceneChoice::Diagonals { .. }) { 1000.0 } else { 20_000.0 };
-            assert!((0.7..1.3).contains(&(one.soup.len() as f32 / asked)), "{choice:?}: {}", one.soup.len());
+            let expected = if matches!(choice, SceneChoice::Diagonals { .. }) { 1000.0 } else { 20_000.0 };
+            assert!((0.7..1.3).contains(&(one.soup.len() as f32 / expected)), "{choice:?}: {}", one.soup.len());
             let in_range = |vertex: &u32| (*vertex as usize) < one.soup.positions.len();
             assert!(one.soup.triangles.iter().flatten().all(in_range));
         }

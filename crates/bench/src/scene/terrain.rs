@@ -22,9 +22,9 @@ pub(crate) fn terrain(seed: u64, triangles: usize) -> BenchScene {
     let ground = Ground { seed };
     let mut soup = Soup::default();
     let cells = ((triangles as f64 / 3.0).sqrt().round() as usize).max(1);
-    let place = |i: usize| HALF * (2.0 * i as f32 / cells as f32 - 1.0);
+    let coordinate = |i: usize| HALF * (2.0 * i as f32 / cells as f32 - 1.0);
     let points = (0..=cells).flat_map(|z| (0..=cells).map(move |x| (x, z)));
-    let positions: Vec<Vec3> = points.map(|(x, z)| ground.at(place(x), place(z))).collect();
+    let positions: Vec<Vec3> = points.map(|(x, z)| ground.at(coordinate(x), coordinate(z))).collect();
     let corner = |x: usize, z: usize| (z * (cells + 1) + x) as u32;
     let faces: Vec<[u32; 3]> = (0..cells * cells)
         .flat_map(|cell| {

@@ -86,11 +86,11 @@ impl<const N: usize> Packets<N> {
         for first in (0..rays.len()).step_by(N) {
             let count = N.min(rays.len() - first);
             let number = |lane: usize| {
-                let place = first + lane;
-                if coherent && place < whole_tiles {
-                    place / ORDER.len() * ORDER.len() + ORDER[place % ORDER.len()]
+                let index = first + lane;
+                if coherent && index < whole_tiles {
+                    index / ORDER.len() * ORDER.len() + ORDER[index % ORDER.len()]
                 } else {
-                    place
+                    index
                 }
             };
             let mut valid = Valid([0; N]);
