@@ -34,23 +34,20 @@ impl BakedTrees {
 
     /// Hands its tree to each static or rigid mesh of a scene. A mesh without a tree is an error.
     pub(crate) fn hand_to(&self, scene: &mut Scene, name: &str, scene_path: Option<&Path>) -> Result<(), Failure> {
-        let meshes: Vec<_> = scene
-            .meshes()
-            .enumerate()
-            .filter_map(|(number, id)| Some((number, id, scene.mesh(id).ok()?, scene.motion(id).ok()?)))
-            .filter(|(.., motion)| is_baked(*motion))
-            .map(|(number, id, mesh, motion)| {
-                let triangles = figures::of(mesh.triangles().len() as u64, "triangle", "triangles");
-                (id, mesh.fingerprint(), format!("mesh {number} of {name} ({}, {triangles})", name_of(motion)))
-            })
-            .collect();
-        for (id, fingerprint, mesh) in meshes {
-            let problem = match self.trees.tree_with_fingerprint(fingerprint) {
+        let meshes: Vec<_> = scene.meshes().collect();
+        for (number, id) in meshes.into_iter().enumerate() {
+            let (Ok(mesh), Ok(motion)) = (scene.mesh(id), scene.motion(id)) else { continue };
+            if !is_baked(motion) {
+                continue;
+            }
+            let triangles = figures::of(mesh.triangles().len() as u64, "triangle", "triangles");
+            let described = format!("mesh {number} of {name} ({}, {triangles})", name_of(motion));
+            let problem = match self.trees.tree_of(mesh) {
                 Some(tree) => match scene.set_tree(id, tree) {
                     Ok(()) => continue,
-                    Err(error) => format!("the tree for {mesh} cannot be used: {error}"),
+                    Err(error) => format!("the tree for {described} cannot be used: {error}"),
                 },
-                None => format!("there is no tree for {mesh}, as it is now"),
+                None => format!("there is no tree for {described}, as it is now"),
             };
             let scene = scene_path.map_or_else(String::new, |path| format!(" {}", path.display()));
             let file = self.path.display();

@@ -54,8 +54,22 @@ const HEADER_BYTES: usize = MAGIC.len() + 4 + 4;
 /// # }
 /// ```
 ///
-/// Meshes that are in a scene already take their trees by
-/// [`Scene::set_tree`](crate::Scene::set_tree).
+/// Meshes that are in a scene already, for example those of a loaded glTF file, take their trees
+/// before the first commit:
+///
+/// ```
+/// use kinetree::{EditError, Scene, TreeFile};
+///
+/// fn take_trees(scene: &mut Scene, trees: &TreeFile<'_>) -> Result<(), EditError> {
+///     let meshes: Vec<_> = scene.meshes().collect();
+///     for id in meshes {
+///         if let Some(tree) = trees.tree_of(scene.mesh(id)?) {
+///             scene.set_tree(id, tree)?;
+///         }
+///     }
+///     Ok(())
+/// }
+/// ```
 #[derive(Clone)]
 pub struct TreeFile<'a> {
     bytes: Cow<'a, [u8]>,
@@ -101,12 +115,7 @@ impl<'a> TreeFile<'a> {
     /// The tree that was baked for this mesh, for [`Mesh::with_tree`]; `None` if there is none, or
     /// the mesh has other positions or triangles than when it was baked.
     pub fn tree_of(&self, mesh: &Mesh) -> Option<&[u8]> {
-        self.tree_with_fingerprint(mesh.fingerprint())
-    }
-
-    /// As [`TreeFile::tree_of`], for a mesh whose [fingerprint](Mesh::fingerprint) is known.
-    pub fn tree_with_fingerprint(&self, fingerprint: u64) -> Option<&[u8]> {
-        self.trees.get(&fingerprint).map(|range| &self.bytes[range.clone()])
+        self.trees.get(&mesh.fingerprint()).map(|range| &self.bytes[range.clone()])
     }
 
     /// How many meshes have a tree in the file.
@@ -174,7 +183,6 @@ mod tests {
         for mesh in meshes() {
             let tree = trees.tree_of(&mesh).unwrap();
             assert_eq!(tree, mesh.bake(&BuildOptions::default()));
-            assert_eq!(trees.tree_with_fingerprint(mesh.fingerprint()), Some(tree));
             assert!(mesh.with_tree(tree).is_ok());
         }
         let moved = Mesh::new(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]], &[0_u32, 1, 2]).unwrap();
