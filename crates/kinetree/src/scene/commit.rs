@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::contents::Scene;
-use super::frame::{Frame, PlacedInstance};
+use super::frame::{Frame, FrameNormals, PlacedInstance};
 use super::graph::resolve;
 use super::mesh_state::MeshState;
 use super::report::{FrameReport, MeshReport, TopLevelMethod, TopLevelReport};
@@ -91,11 +91,14 @@ impl Scene {
         let mut reported = vec![0_u32; self.meshes.end()];
         for (index, (slot, mesh)) in (0..).zip(self.meshes.iter()) {
             reported[slot as usize] = index;
-            if let Some(posed) = mesh.current() {
-                let id = self.meshes.handle_of(slot).into();
-                frame.world.meshes[slot as usize] = posed.clone();
-                frame.owners[slot as usize] = mesh.owns_current().then_some(id);
-                frame.normals[slot as usize] = mesh.current_normals(id);
+            let id = self.meshes.handle_of(slot).into();
+            if let Some(current) = mesh.frames.current() {
+                frame.world.meshes[slot as usize] = current.clone();
+                frame.owners[slot as usize] = mesh.frames.shared().is_none().then_some(id);
+            }
+            if let Some(current) = mesh.normals.current().filter(|normals| !normals.is_empty()) {
+                let owner = mesh.normals.shared().is_none().then_some(id);
+                frame.normals[slot as usize] = Some(FrameNormals { owner, normals: current.clone() });
             }
         }
         let (mut left_out, mut skewed) = (Vec::new(), Vec::new());

@@ -7,7 +7,8 @@ use super::input::{Indices, Positions, check_finite};
 use super::mesh::Mesh;
 use super::mesh_state::MeshState;
 use super::pose::{OwnedPose, Pose};
-use crate::geometry::Affine;
+use crate::build::Quality;
+use crate::geometry::{Affine, Precision};
 use crate::handle::{InstanceId, MeshId, NodeId, Placed};
 use crate::update::Motion;
 
@@ -129,7 +130,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Other triangles, none at all if you like. Normals, skin and morph targets of the old ones go with them.
+    /// Other triangles; there may be none. Normals, skin and morph targets of the old ones go with
+    /// them; motion, quality and precision stay.
     ///
     /// # Errors
     /// A stale or foreign handle; what [`Mesh::new`] refuses.
@@ -152,6 +154,38 @@ impl Scene {
         let mesh = self.meshes.get_mut(mesh.0)?;
         let pose = OwnedPose::new(pose, mesh.data())?;
         mesh.pose(pose);
+        Ok(())
+    }
+
+    /// Announces another motion. The next commit builds a new tree if the motion suggests a better
+    /// [`Quality`] than the tree was built with; from then on, edits are carried out as the motion
+    /// says.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn set_motion(&mut self, mesh: MeshId, motion: Motion) -> Result<(), EditError> {
+        self.meshes.get_mut(mesh.0)?.set_motion(motion);
+        Ok(())
+    }
+
+    /// Chooses the quality of a mesh's trees, as [`Mesh::with_quality`] does; with `None`, what its
+    /// motion suggests. The next commit builds a new tree if this is better than the tree was built
+    /// with. A better tree is kept until it has to be rebuilt for another reason.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn set_quality(&mut self, mesh: MeshId, quality: impl Into<Option<Quality>>) -> Result<(), EditError> {
+        self.meshes.get_mut(mesh.0)?.set_quality(quality.into());
+        Ok(())
+    }
+
+    /// Chooses how exactly rays are tested against the triangles of a mesh, as
+    /// [`Mesh::with_precision`] does, from the next commit on. The tree stays; its buffer is copied.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn set_precision(&mut self, mesh: MeshId, precision: Precision) -> Result<(), EditError> {
+        self.meshes.get_mut(mesh.0)?.set_precision(precision);
         Ok(())
     }
 

@@ -11,21 +11,22 @@ use crate::geometry::{Aabb, Affine};
 use crate::handle::{InstanceId, MeshId};
 use crate::traverse::FrameBvh;
 
-/// A frame: what rays are traced against, and whom hits belong to.
+/// A frame: what rays are traced against, and what hits are resolved with.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
     pub(crate) world: FrameBvh,
-    /// Of the meshes of `world`, where they have any. Apart from them, because normals change
-    /// without their trees.
+    /// Those of the meshes of `world`, by slot, where they have any. Apart from them, because normals
+    /// change without their trees.
     pub(crate) normals: Vec<Option<FrameNormals>>,
     /// One per instance record.
     pub(crate) placed: Vec<PlacedInstance>,
     /// World boxes, one per instance record.
     pub(crate) boxes: Vec<Aabb>,
     pub(crate) report: FrameReport,
-    /// Whose buffers `world.meshes` holds; of none that clones share.
+    /// By slot, the mesh to whose ring the buffer in `world.meshes` belongs; `None` if clones share
+    /// it.
     pub(crate) owners: Vec<Option<MeshId>>,
-    /// Of a copy: the frame whose buffers it shares, which has to be held as long. Dropped last.
+    /// For a copy, the frame whose buffers it shares, which has to be held as long. Dropped last.
     #[expect(dead_code, reason = "it is held, not read")]
     pub(crate) original: Option<Published<Self>>,
 }
@@ -33,12 +34,12 @@ pub(crate) struct Frame {
 /// Normals for shading, of one mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct FrameNormals {
-    /// Whose buffer it is; nobody's if clones share it.
+    /// The mesh to whose ring the buffer belongs; `None` if clones share it.
     pub(crate) owner: Option<MeshId>,
     pub(crate) normals: Arc<VertexNormals>,
 }
 
-/// What tracing does not need to know about an instance.
+/// The data of an instance that tracing does not need.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlacedInstance {
     pub(crate) id: InstanceId,
@@ -48,21 +49,21 @@ pub(crate) struct PlacedInstance {
 }
 
 impl Frame {
-    /// Of the mesh in this slot, one per vertex, or none at all.
+    /// The normals of the mesh in this slot, one per vertex; empty if it has none.
     pub(crate) fn normals_of(&self, slot: u32) -> &[[f32; 3]] {
         self.normals.get(slot as usize).and_then(Option::as_ref).map_or(&[], |of| &of.normals)
     }
 
-    /// Gives the buffers of meshes back to the rings that they are from.
+    /// Gives the buffers of meshes back to the rings that they belong to.
     pub(crate) fn release_meshes(&mut self, meshes: &mut Slots<MeshState>) {
-        for (owner, posed) in self.owners.drain(..).zip(self.world.meshes.drain(..)) {
+        for (owner, frame) in self.owners.drain(..).zip(self.world.meshes.drain(..)) {
             if let Some(Ok(mesh)) = owner.map(|id| meshes.get_mut(id.0)) {
-                mesh.release(posed);
+                mesh.frames.release(frame);
             }
         }
         for FrameNormals { owner, normals } in self.normals.drain(..).flatten() {
             if let Some(Ok(mesh)) = owner.map(|id| meshes.get_mut(id.0)) {
-                mesh.release_normals(normals);
+                mesh.normals.release(normals);
             }
         }
     }

@@ -4,7 +4,8 @@ use super::contents::Scene;
 use super::error::EditError;
 use super::graph::Placement;
 use super::mesh::Mesh;
-use crate::geometry::Affine;
+use crate::build::Quality;
+use crate::geometry::{Affine, Precision};
 use crate::handle::{InstanceId, MeshId, NodeId, Placed};
 use crate::update::Motion;
 
@@ -41,7 +42,23 @@ impl Scene {
     /// # Errors
     /// A stale or foreign handle.
     pub fn motion(&self, mesh: MeshId) -> Result<Motion, EditError> {
-        Ok(self.meshes.get(mesh.0)?.motion)
+        Ok(self.meshes.get(mesh.0)?.motion())
+    }
+
+    /// The quality of the next build of a mesh: the one that was chosen, or that its motion suggests.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn quality(&self, mesh: MeshId) -> Result<Quality, EditError> {
+        Ok(self.meshes.get(mesh.0)?.quality())
+    }
+
+    /// How exactly rays are tested against the triangles of a mesh.
+    ///
+    /// # Errors
+    /// A stale or foreign handle.
+    pub fn precision(&self, mesh: MeshId) -> Result<Precision, EditError> {
+        Ok(self.meshes.get(mesh.0)?.precision())
     }
 
     /// The mesh that an instance shows.

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use super::input::check_finite;
-use super::pose::{MorphTarget, Skin};
-use super::{Indices, MeshError, Positions};
+use super::error::MeshError;
+use super::input::{Indices, Positions, check_finite};
+use super::skin::{MorphTarget, Skin};
 use crate::build::{self, BuildOptions, BuildProgress, Cancelled, Quality};
 use crate::geometry::{Precision, Triangles, fingerprint};
 use crate::threads::Threads;

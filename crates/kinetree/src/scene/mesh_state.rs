@@ -1,72 +1,65 @@
-//! A mesh in a scene: its edits since the last commit, and its buffers. `mesh_commit` brings it up
-//! to date.
+//! A mesh in a scene: what it was handed over as, its settings, its edits since the last commit, and
+//! its buffers. `mesh_commit` brings it up to date.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::Mesh;
 use super::error::EditError;
-use super::frame::FrameNormals;
 use super::input::Positions;
-use super::mesh::{MeshData, VertexNormals};
+use super::mesh::{Mesh, MeshData, VertexNormals};
+use super::mesh_edits::{GeometryEdit, MeshEdits, Vertices};
 use super::pose::OwnedPose;
 use super::ring::{Buffer, Ring};
 use crate::build::Quality;
-use crate::handle::MeshId;
+use crate::geometry::Precision;
 use crate::threads::Threads;
 use crate::traverse::MeshFrame;
-use crate::update::{Edit, Motion, Upkeep};
+use crate::update::{Motion, Upkeep};
 
 #[derive(Debug)]
 pub(crate) struct MeshState {
     pub(super) mesh: Mesh,
-    pub(crate) motion: Motion,
+    pub(super) motion: Motion,
+    /// Instead of the quality that the motion suggests.
+    pub(super) chosen_quality: Option<Quality>,
+    pub(super) precision: Precision,
     /// How many instances there are.
     pub(crate) instances: usize,
-    pub(super) edit: Edit,
-    pub(super) geometry: Geometry,
-    /// Normals that were set since the last commit.
-    pub(super) normals: Option<Vec<[f32; 3]>>,
+    pub(super) edits: MeshEdits,
     /// Memory for the positions that are given next.
-    pub(super) room: Vec<[f32; 3]>,
-    pub(super) ring: Ring<MeshFrame>,
-    /// Current instead of what is in the ring: vertices at rest and their tree, which clones share.
-    pub(super) shared: Option<Arc<MeshFrame>>,
-    /// Apart from the vertices: normals never touch a tree.
-    pub(super) normal_ring: Ring<VertexNormals>,
-    pub(super) shared_normals: Option<Arc<VertexNormals>>,
-    /// Whether the caller asked for a new tree.
-    pub(super) rebuild: bool,
-    pub(super) upkeep: Upkeep,
-    pub(super) drift: f32,
+    pub(super) positions_buffer: Vec<[f32; 3]>,
+    /// Vertices and trees. Shared by clones of the mesh: the rest pose.
+    pub(super) frames: Ring<MeshFrame>,
+    /// Apart from the vertices, since normals change without their tree. Shared by clones: those that
+    /// the mesh was handed over with.
+    pub(super) normals: Ring<VertexNormals>,
+    pub(super) tree: TreeHistory,
 }
 
-/// Where the vertices go with the next commit.
+/// What is known about the current tree.
 #[derive(Debug)]
-pub(super) enum Geometry {
-    /// They stay.
-    Unchanged,
-    Positions(Vec<[f32; 3]>),
-    Pose(OwnedPose),
+pub(super) struct TreeHistory {
+    /// What it was built with. Baked trees count as the best, since that is not known of them.
+    pub(super) quality: Quality,
+    pub(super) upkeep: Upkeep,
+    /// As reports say it.
+    pub(super) drift: f32,
 }
 
 impl MeshState {
     pub(crate) fn new(mesh: Mesh, motion: Motion) -> Self {
+        let &MeshData { quality, precision, .. } = &**mesh.data();
         Self {
             mesh,
             motion,
+            chosen_quality: quality,
+            precision,
             instances: 0,
-            edit: Edit::Triangles,
-            geometry: Geometry::Unchanged,
-            normals: None,
-            room: Vec::new(),
-            ring: Ring::default(),
-            shared: None,
-            normal_ring: Ring::default(),
-            shared_normals: None,
-            rebuild: false,
-            upkeep: Upkeep::of_build(None),
-            drift: 1.0,
+            edits: MeshEdits::ADDED,
+            positions_buffer: Vec::new(),
+            frames: Ring::default(),
+            normals: Ring::default(),
+            tree: TreeHistory { quality: Quality::Fastest, upkeep: Upkeep::of_build(None), drift: 1.0 },
         }
     }
 
@@ -78,10 +71,27 @@ impl MeshState {
         &self.mesh
     }
 
+    pub(crate) fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    pub(crate) fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// The quality of the next build.
+    pub(crate) fn quality(&self) -> Quality {
+        self.chosen_quality.unwrap_or(match self.motion {
+            Motion::Static => Quality::Balanced,
+            Motion::Rigid | Motion::Deforming => Quality::Fast,
+            Motion::Dynamic => Quality::Fastest,
+        })
+    }
+
     /// # Errors
     /// There is a tree already, or the bytes are none of this mesh.
     pub(crate) fn set_tree(&mut self, tree: &[u8]) -> Result<(), EditError> {
-        if self.edit != Edit::Triangles {
+        if !self.edits.geometry.is_replaced() {
             return Err(EditError::HasTree);
         }
         self.mesh = self.mesh.clone().with_tree(tree)?;
@@ -89,98 +99,77 @@ impl MeshState {
     }
 
     /// # Errors
-    /// Another number of positions, or some that are no positions; then nothing has changed.
+    /// Another number of positions, or some that are not finite; then nothing has changed.
     pub(crate) fn set_positions(&mut self, positions: Positions<'_>) -> Result<(), EditError> {
-        positions.write_into(&mut self.room)?;
-        let expected = self.data().positions.len();
-        if self.room.len() != expected {
-            return Err(EditError::PositionCountChanged { expected, found: self.room.len() });
+        positions.write_into(&mut self.positions_buffer)?;
+        let (expected, found) = (self.data().positions.len(), self.positions_buffer.len());
+        if found != expected {
+            return Err(EditError::PositionCountChanged { expected, found });
         }
-        let given = Geometry::Positions(std::mem::take(&mut self.room));
-        if let Geometry::Positions(never_used) = std::mem::replace(&mut self.geometry, given) {
-            self.room = never_used;
+        let given = Vertices::Positions(std::mem::take(&mut self.positions_buffer));
+        if let Some(Vertices::Positions(unused)) = self.edits.geometry.set(given) {
+            self.positions_buffer = unused;
         }
-        self.edit = self.edit.or_positions();
         Ok(())
     }
 
-    pub(crate) fn set_normals(&mut self, normals: Vec<[f32; 3]>) {
-        self.normals = Some(normals);
+    pub(crate) fn set_normals(&mut self, normals: VertexNormals) {
+        self.edits.normals = Some(normals);
     }
 
     pub(crate) fn pose(&mut self, pose: OwnedPose) {
-        self.geometry = Geometry::Pose(pose);
-        self.edit = self.edit.or_positions();
+        self.edits.geometry.set(Vertices::Pose(pose));
     }
 
     pub(crate) fn rebuild(&mut self) {
-        self.rebuild = true;
+        self.edits.rebuild = true;
     }
 
+    pub(crate) fn set_motion(&mut self, motion: Motion) {
+        self.edits.motion |= motion != self.motion;
+        self.motion = motion;
+    }
+
+    pub(crate) fn set_quality(&mut self, quality: Option<Quality>) {
+        self.chosen_quality = quality;
+    }
+
+    pub(crate) fn set_precision(&mut self, precision: Precision) {
+        self.precision = precision;
+    }
+
+    /// Other triangles; what was edited of the old ones is dropped.
     pub(crate) fn replace(&mut self, mesh: Mesh) {
         self.mesh = mesh;
-        self.geometry = Geometry::Unchanged;
-        self.normals = None;
-        self.edit = Edit::Triangles;
+        self.edits.geometry = GeometryEdit::Replaced(None);
+        self.edits.normals = None;
     }
 
-    /// As of the last commit.
-    pub(crate) fn current(&self) -> Option<&Arc<MeshFrame>> {
-        self.shared.as_ref().or(self.ring.current())
-    }
-
-    /// Whether that is a buffer of this mesh alone.
-    pub(crate) fn owns_current(&self) -> bool {
-        self.shared.is_none()
-    }
-
-    /// As of the last commit, if there are any.
-    pub(crate) fn current_normals(&self, id: MeshId) -> Option<FrameNormals> {
-        let shared = self.shared_normals.as_ref();
-        let owner = shared.is_none().then_some(id);
-        let normals = shared.or(self.normal_ring.current()).filter(|normals| !normals.is_empty());
-        normals.map(|normals| FrameNormals { owner, normals: normals.clone() })
-    }
-
-    /// Takes back a buffer that a frame held.
-    pub(crate) fn release(&mut self, posed: Arc<MeshFrame>) {
-        self.ring.release(posed);
-    }
-
-    /// Takes back normals that a frame held.
-    pub(crate) fn release_normals(&mut self, normals: Arc<VertexNormals>) {
-        self.normal_ring.release(normals);
-    }
-
-    /// Bytes held, those of buffers that wait for their snapshots included. What clones share is
-    /// counted once: `counted` remembers.
+    /// Bytes held, those of buffers that snapshots still hold included. What clones share is counted
+    /// once: `counted` remembers its addresses.
     pub(crate) fn heap_bytes(&self, counted: &mut HashSet<*const ()>) -> usize {
-        let own = self.ring.heap_bytes() + self.normal_ring.heap_bytes();
-        let shared = self.shared.iter().map(|posed| (Arc::as_ptr(posed).cast::<()>(), posed.heap_bytes()));
-        let shared_normals =
-            self.shared_normals.iter().map(|normals| (Arc::as_ptr(normals).cast(), normals.heap_bytes()));
-        let of_refits = self.current().and_then(|current| current.bvh.refit_plan());
-        let once = shared.chain(shared_normals).chain(of_refits).filter(|&(place, _)| counted.insert(place));
-        own + once.map(|(_, bytes)| bytes).sum::<usize>() + self.room.capacity() * size_of::<[f32; 3]>()
+        let own = self.frames.heap_bytes() + self.normals.heap_bytes();
+        let shared = self.frames.shared().map(|frame| (Arc::as_ptr(frame).cast::<()>(), frame.heap_bytes()));
+        let shared_normals = self.normals.shared().map(|normals| (Arc::as_ptr(normals).cast(), normals.heap_bytes()));
+        let of_refits = self.frames.current().and_then(|current| current.bvh.refit_plan());
+        let all = [shared, shared_normals, of_refits].into_iter().flatten();
+        let once = all.filter(|&(address, _)| counted.insert(address));
+        own + once.map(|(_, bytes)| bytes).sum::<usize>() + self.positions_buffer.capacity() * size_of::<[f32; 3]>()
     }
 
-    pub(super) fn quality(&self) -> Quality {
-        self.data().quality.unwrap_or(match self.motion {
-            Motion::Static => Quality::Balanced,
-            Motion::Rigid | Motion::Deforming => Quality::Fast,
-            Motion::Dynamic => Quality::Fastest,
-        })
-    }
-
-    /// Clones of a mesh share the tree of the rest pose: where they stay at rest, or are posed from
-    /// it.
+    /// Whether the next commit takes the tree of the rest pose that clones of the mesh share: where
+    /// they stay at rest, or are posed from it.
     pub(super) fn shares_first_build(&self) -> bool {
-        let from_rest = match self.geometry {
-            Geometry::Unchanged => true,
-            Geometry::Pose(_) => self.motion == Motion::Deforming,
-            Geometry::Positions(_) => false,
+        let is_from_rest = match self.edits.geometry.vertices() {
+            None => true,
+            Some(Vertices::Pose(_)) => self.motion == Motion::Deforming,
+            Some(Vertices::Positions(_)) => false,
         };
-        from_rest && !self.mesh.has_tree() && self.current().is_none() && Arc::strong_count(self.data()) > 1
+        is_from_rest
+            && !self.mesh.has_tree()
+            && self.frames.current().is_none()
+            && self.precision == self.data().precision
+            && Arc::strong_count(self.data()) > 1
     }
 
     /// Builds the tree of the rest pose that clones share, before they are brought up to date side
@@ -201,12 +190,5 @@ impl Buffer for MeshFrame {
 impl Buffer for VertexNormals {
     fn heap_bytes(&self) -> usize {
         self.capacity() * size_of::<[f32; 3]>()
-    }
-}
-
-impl Edit {
-    /// Positions moved, too.
-    fn or_positions(self) -> Self {
-        if self == Self::Nothing { Self::Positions } else { self }
     }
 }

@@ -1,83 +1,29 @@
-//! Bending a mesh: morph targets first, then a skin.
+//! Posing a mesh: morph targets first, then a skin.
 //!
-//! Linear blend skinning (Magnenat-Thalmann, Laperriere and Thalmann 1988) as glTF 2.0 defines it. Normals follow by the cofactors of the blended
-//! matrix, so that they stay perpendicular under stretching joints too.
-
-use std::fmt;
+//! Linear blend skinning (Magnenat-Thalmann, Laperriere and Thalmann 1988) as glTF 2.0 defines it.
+//! Normals are transformed by the cofactors of the blended matrix, so that they stay perpendicular
+//! under stretching joints too.
 
 use glam::{Mat3, Vec3};
 
+use super::error::EditError;
 use super::mesh::MeshData;
-use super::{EditError, MeshError};
+use super::skin::Skin;
 use crate::geometry::Affine;
 use crate::threads::Threads;
 
-/// Which joints pull at a vertex, and how strongly.
-#[derive(Clone, Default, PartialEq)]
-pub struct Skin {
-    /// Four joints per vertex.
-    pub joints: Vec<[u16; 4]>,
-    /// Their weights. They are used as they are; their sum should be one.
-    pub weights: Vec<[f32; 4]>,
-}
-
-/// A shape that a mesh can be pulled towards.
-#[derive(Clone, Default, PartialEq)]
-pub struct MorphTarget {
-    /// Displacements, metres, one per vertex.
-    pub positions: Vec<[f32; 3]>,
-    /// Changes of the normals, one per vertex, or empty.
-    pub normals: Vec<[f32; 3]>,
-}
-
-/// How a mesh is bent.
+/// How a mesh is deformed from its rest pose.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pose<'a> {
-    /// One weight per morph target; none means all zero.
+    /// One weight per morph target; empty means all zero.
     pub weights: &'a [f32],
-    /// For every joint, the map from the rest pose to the pose, both in the space of the mesh; none
-    /// means all at rest. A mesh without a skin has no joints.
+    /// One map per joint, from the rest pose to the pose, both in object space (glTF: the joint's
+    /// global transform times its inverse bind matrix); empty means all at rest. A mesh without a
+    /// skin has no joints.
     pub joints: &'a [Affine],
 }
 
-/// In short: for how many vertices.
-impl fmt::Debug for Skin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Skin").field("vertices", &self.joints.len()).finish_non_exhaustive()
-    }
-}
-
-/// In short: for how many vertices.
-impl fmt::Debug for MorphTarget {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("MorphTarget")
-            .field("vertices", &self.positions.len())
-            .field("has_normals", &!self.normals.is_empty())
-            .finish_non_exhaustive()
-    }
-}
-
-impl Skin {
-    pub(crate) fn check(&self) -> Result<(), MeshError> {
-        for (at, weights) in self.weights.iter().enumerate() {
-            if !weights.iter().all(|weight| weight.is_finite()) {
-                return Err(MeshError::NonFinite { at });
-            }
-            if weights.iter().any(|&weight| weight < 0.0) {
-                return Err(MeshError::NegativeWeight { at });
-            }
-        }
-        Ok(())
-    }
-
-    /// How many joints a pose has to have, at least.
-    fn joint_count(&self) -> usize {
-        let used = self.joints.iter().zip(&self.weights).flat_map(|(joints, weights)| joints.iter().zip(weights));
-        used.filter(|&(_, &weight)| weight > 0.0).map(|(&joint, _)| usize::from(joint) + 1).max().unwrap_or(0)
-    }
-}
-
-/// A pose that fits its mesh, kept until the next commit.
+/// A pose that was checked against its mesh, kept until the next commit.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct OwnedPose {
     weights: Vec<f32>,
@@ -106,8 +52,8 @@ impl OwnedPose {
         Ok(Self { weights: pose.weights.to_vec(), joints: pose.joints.to_vec() })
     }
 
-    /// Writes positions, and normals if the mesh has any.
-    pub(crate) fn bend(
+    /// Writes posed positions and, unless the slice is empty, posed normals.
+    pub(crate) fn apply(
         &self,
         mesh: &MeshData,
         positions: &mut [[f32; 3]],
@@ -118,21 +64,21 @@ impl OwnedPose {
             mesh.morph_targets.iter().zip(&self.weights).filter(|&(_, &weight)| weight != 0.0).collect();
         let skin = mesh.skin.as_ref().filter(|_| !self.joints.is_empty());
         threads.for_each(positions, GRAIN, &|vertex, position| {
-            let pulled = targets.iter().fold(Vec3::from(mesh.positions[vertex]), |place, (target, weight)| {
-                place + Vec3::from(target.positions[vertex]) * **weight
+            let morphed = targets.iter().fold(Vec3::from(mesh.positions[vertex]), |sum, (target, weight)| {
+                sum + Vec3::from(target.positions[vertex]) * **weight
             });
             *position = match skin.map(|skin| self.blended(skin, vertex)) {
-                Some((linear, translation)) => (linear * pulled + translation).into(),
-                None => pulled.into(),
+                Some((linear, translation)) => (linear * morphed + translation).into(),
+                None => morphed.into(),
             };
         });
         threads.for_each(normals, GRAIN, &|vertex, normal| {
             let rest = Vec3::from(mesh.normals[vertex]);
-            let pulled = targets
+            let morphed = targets
                 .iter()
                 .filter(|(target, _)| !target.normals.is_empty())
-                .fold(rest, |place, (target, weight)| place + Vec3::from(target.normals[vertex]) * **weight);
-            let moved = skin.map_or(pulled, |skin| cofactors(self.blended(skin, vertex).0) * pulled);
+                .fold(rest, |sum, (target, weight)| sum + Vec3::from(target.normals[vertex]) * **weight);
+            let moved = skin.map_or(morphed, |skin| cofactors(self.blended(skin, vertex).0) * morphed);
             *normal = moved.normalize_or(rest).into();
         });
     }
@@ -153,10 +99,10 @@ impl OwnedPose {
     }
 }
 
-/// Vertices in a piece of work.
+/// Vertices in a task of one thread.
 const GRAIN: usize = 2048;
 
-/// Takes normals where the matrix takes surfaces.
+/// The matrix that takes normals, up to length, where `m` takes surfaces.
 fn cofactors(m: Mat3) -> Mat3 {
     let sign = m.determinant().signum();
     Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign

@@ -16,23 +16,42 @@ pub(crate) trait Buffer: Default {
     fn heap_bytes(&self) -> usize;
 }
 
+/// What was published last.
+#[derive(Debug)]
+enum Current<T> {
+    /// Nothing yet.
+    None,
+    /// A buffer of this ring.
+    Own(Arc<T>),
+    /// A buffer that several rings share, and none of them writes.
+    Shared(Arc<T>),
+}
+
 #[derive(Debug)]
 pub(crate) struct Ring<T> {
-    current: Option<Arc<T>>,
+    current: Current<T>,
     free: Vec<T>,
     memory: usize,
 }
 
 impl<T> Default for Ring<T> {
     fn default() -> Self {
-        Self { current: None, free: Vec::new(), memory: 0 }
+        Self { current: Current::None, free: Vec::new(), memory: 0 }
     }
 }
 
 impl<T: Buffer> Ring<T> {
     /// What was published last.
     pub(crate) fn current(&self) -> Option<&Arc<T>> {
-        self.current.as_ref()
+        match &self.current {
+            Current::None => None,
+            Current::Own(buffer) | Current::Shared(buffer) => Some(buffer),
+        }
+    }
+
+    /// What was published last, if it is shared.
+    pub(crate) fn shared(&self) -> Option<&Arc<T>> {
+        if let Current::Shared(buffer) = &self.current { Some(buffer) } else { None }
     }
 
     /// A buffer that nobody else holds, with whatever it held; a new one if all are held, and then
@@ -54,12 +73,20 @@ impl<T: Buffer> Ring<T> {
     }
 
     /// Makes a buffer current.
-    pub(crate) fn publish(&mut self, buffer: T) -> &Arc<T> {
+    pub(crate) fn publish(&mut self, buffer: T) {
         self.memory += buffer.heap_bytes();
-        if let Some(last) = self.current.take() {
+        self.replace_current(Current::Own(Arc::new(buffer)));
+    }
+
+    /// Makes a buffer current that is not of this ring.
+    pub(crate) fn share(&mut self, buffer: Arc<T>) {
+        self.replace_current(Current::Shared(buffer));
+    }
+
+    fn replace_current(&mut self, new: Current<T>) {
+        if let Current::Own(last) = std::mem::replace(&mut self.current, new) {
             self.release(last);
         }
-        self.current.insert(Arc::new(buffer))
     }
 
     /// Takes back a hold on a buffer of this ring. With the last one, the buffer is free.
@@ -88,10 +115,26 @@ mod tests {
         }
     }
 
+    fn publish(ring: &mut Ring<Vec<u32>>, buffer: Vec<u32>) -> Arc<Vec<u32>> {
+        ring.publish(buffer);
+        ring.current().unwrap().clone()
+    }
+
+    #[test]
+    fn what_is_shared_is_never_claimed_or_counted() {
+        let mut ring = Ring::<Vec<u32>>::default();
+        ring.publish(vec![1; 10]);
+        ring.share(Arc::new(vec![2; 10]));
+        assert_eq!(ring.shared().map(|buffer| buffer[0]), Some(2));
+        assert_eq!((ring.claim().0[0], ring.heap_bytes()), (1, 0));
+        ring.publish(vec![3; 10]);
+        assert!(ring.shared().is_none() && ring.claim().1);
+    }
+
     #[test]
     fn what_is_held_is_never_claimed() {
         let mut ring = Ring::<Vec<u32>>::default();
-        let held = ring.publish(vec![1]).clone();
+        let held = publish(&mut ring, vec![1]);
         let (of_one_frame, of_another) = (held.clone(), held);
         ring.publish(vec![2]);
         assert!(ring.claim().1, "the only other buffer is held");
@@ -104,7 +147,7 @@ mod tests {
     #[test]
     fn a_ring_shrinks_when_frames_are_let_go() {
         let mut ring = Ring::<Vec<u32>>::default();
-        let held: Vec<_> = (0..20).map(|i| ring.publish(vec![i; 10]).clone()).collect();
+        let held: Vec<_> = (0..20).map(|i| publish(&mut ring, vec![i; 10])).collect();
         assert_eq!(ring.heap_bytes(), 200);
         for buffer in held {
             ring.release(buffer);

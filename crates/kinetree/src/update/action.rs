@@ -43,6 +43,11 @@ pub enum Reason {
     BetterTreeFound,
     /// The caller asked for it: [`Scene::rebuild`](crate::Scene::rebuild).
     Requested,
+    /// The mesh is to have a better tree than it was built with:
+    /// [`Scene::set_quality`](crate::Scene::set_quality), or a motion that suggests it.
+    QualityRaised,
+    /// Only the precision changed, which leaves the tree as it is.
+    PrecisionChanged,
     /// A pose made vertices infinite or NaN; the mesh keeps its previous positions.
     PoseNotFinite,
 }
@@ -71,6 +76,8 @@ impl fmt::Display for Reason {
             Self::Drifted => "drifted",
             Self::BetterTreeFound => "better tree found",
             Self::Requested => "requested",
+            Self::QualityRaised => "quality raised",
+            Self::PrecisionChanged => "precision changed",
             Self::PoseNotFinite => "pose not finite",
         })
     }

@@ -28,6 +28,8 @@ pub(crate) struct MeshUpdate {
     pub(crate) has_tree: bool,
     /// Whether the caller asked for a new tree.
     pub(crate) rebuild: bool,
+    /// Whether the tree was built with a lower quality than the mesh is to have now.
+    pub(crate) is_below_quality: bool,
 }
 
 /// What to do with a mesh before any cost is measured.
@@ -36,6 +38,7 @@ pub(crate) fn decide(update: &MeshUpdate) -> (Action, Reason) {
         _ if !update.has_tree => (Action::Built, Reason::New),
         (Edit::Triangles, _) => (Action::Rebuilt, Reason::TrianglesChanged),
         _ if update.rebuild => (Action::Rebuilt, Reason::Requested),
+        _ if update.is_below_quality => (Action::Rebuilt, Reason::QualityRaised),
         (Edit::Nothing, _) => (Action::Kept, Reason::NothingChanged),
         (Edit::Positions, Motion::Deforming) => (Action::Refitted, Reason::PositionsMoved),
         (Edit::Positions, _) => (Action::Rebuilt, Reason::NotMadeForRefit),
@@ -146,19 +149,24 @@ mod tests {
     fn what_bends_is_refitted_and_what_changes_is_rebuilt() {
         use {Action::*, Edit::*, Reason::*};
         for motion in MOTIONS {
-            let decide = |edit, has_tree, rebuild| decide(&MeshUpdate { motion, edit, has_tree, rebuild });
-            for rebuild in [false, true] {
+            let decide = |edit, has_tree, rebuild, is_below_quality| {
+                decide(&MeshUpdate { motion, edit, has_tree, rebuild, is_below_quality })
+            };
+            for (rebuild, is_below) in [(false, false), (false, true), (true, false), (true, true)] {
                 for edit in [Nothing, Positions, Triangles] {
-                    assert_eq!(decide(edit, false, rebuild), (Built, New));
+                    assert_eq!(decide(edit, false, rebuild, is_below), (Built, New));
                 }
-                assert_eq!(decide(Triangles, true, rebuild), (Rebuilt, TrianglesChanged));
+                assert_eq!(decide(Triangles, true, rebuild, is_below), (Rebuilt, TrianglesChanged));
             }
-            assert_eq!(decide(Nothing, true, true), (Rebuilt, Requested));
-            assert_eq!(decide(Positions, true, true), (Rebuilt, Requested));
-            assert_eq!(decide(Nothing, true, false), (Kept, NothingChanged));
+            for edit in [Nothing, Positions] {
+                assert_eq!(decide(edit, true, true, false), (Rebuilt, Requested));
+                assert_eq!(decide(edit, true, true, true), (Rebuilt, Requested));
+                assert_eq!(decide(edit, true, false, true), (Rebuilt, QualityRaised));
+            }
+            assert_eq!(decide(Nothing, true, false, false), (Kept, NothingChanged));
             let moved =
                 if motion == Motion::Deforming { (Refitted, PositionsMoved) } else { (Rebuilt, NotMadeForRefit) };
-            assert_eq!(decide(Positions, true, false), moved, "{motion:?}");
+            assert_eq!(decide(Positions, true, false, false), moved, "{motion:?}");
         }
     }
 
