@@ -54,7 +54,7 @@ pub(crate) fn add(pad: &mut Sketch, livery: u32, helmet: [f32; 3], palette: &Pal
     stations.extend([-1.62, -0.86, -0.80, 0.10, 0.84, -1.25, -0.52, -0.44, 0.52]);
     stations.sort_by(f32::total_cmp);
     stations.dedup_by(|a, b| (*a - *b).abs() < 0.004);
-    let dress = |z: f32, column: f32| {
+    let cell_material = |z: f32, column: f32| {
         let within = |low: f32, high: f32, value: f32| low < value && value < high;
         let windscreen = within(0.10, 0.84, z) && column < 0.46;
         let rear = within(-1.62, -0.86, z) && column < 0.40;
@@ -66,21 +66,21 @@ pub(crate) fn add(pad: &mut Sketch, livery: u32, helmet: [f32; 3], palette: &Pal
             () => (palette.paint, BLACK),
         })
     };
-    skin(pad, &stations, &COLUMNS, point, dress, |point, _, side| livery_uv(point.z, 0.47 * point.x, side));
+    skin(pad, &stations, &COLUMNS, point, cell_material, |point, _, side| livery_uv(point.z, 0.47 * point.x, side));
     inside(pad, helmet, palette);
 }
 
 /// The driver, the seat, the roll cage and the wheel.
 fn inside(pad: &mut Sketch, helmet: [f32; 3], palette: &Palette) {
-    pad.wear(palette.paint, helmet);
+    pad.set_material(palette.paint, helmet);
     pad.ball(Vec3::new(0.34, 1.03, -0.36), Vec3::new(0.115, 0.13, 0.14), 12, 20);
-    pad.wear(palette.paint, BLACK);
+    pad.set_material(palette.paint, BLACK);
     // The visor.
     pad.ball(Vec3::new(0.34, 1.04, -0.30), Vec3::new(0.095, 0.045, 0.095), 8, 14);
     pad.cuboid(Vec3::new(0.16, 0.86, -0.62), Vec3::new(0.52, 1.12, -0.50), &Affine3A::IDENTITY);
-    pad.wear(palette.paint, [0.09, 0.10, 0.13]);
+    pad.set_material(palette.paint, [0.09, 0.10, 0.13]);
     pad.ball(Vec3::new(0.34, 0.86, -0.32), Vec3::new(0.24, 0.12, 0.16), 8, 14);
-    pad.wear(palette.paint, [0.22, 0.22, 0.24]);
+    pad.set_material(palette.paint, [0.22, 0.22, 0.24]);
     for side in [-1.0, 1.0] {
         let foot = Vec3::new(0.60 * side, 0.88, -1.30);
         let bend = Vec3::new(0.52 * side, 1.15, -0.70);

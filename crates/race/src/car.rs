@@ -97,7 +97,7 @@ pub(crate) fn body(livery: u32, wing: [f32; 3], helmet: [f32; 3], palette: &Pale
         &stations(),
         &columns,
         shell,
-        |z, column| Some(shell_dress(z, column, livery, palette)),
+        |z, column| Some(shell_material(z, column, livery, palette)),
         |point, column, side| livery_uv(point.z, column, side),
     );
     ends(&mut pad, livery, palette);
@@ -120,7 +120,7 @@ fn stations() -> Vec<f32> {
     stations
 }
 
-fn shell_dress(z: f32, column: f32, livery: u32, palette: &Palette) -> (u32, [f32; 3]) {
+fn shell_material(z: f32, column: f32, livery: u32, palette: &Palette) -> (u32, [f32; 3]) {
     let within = |low: f32, high: f32, value: f32| low < value && value < high;
     if within(-1.62, 0.72, z) && column < 0.30 {
         return (palette.paint, BLACK);
@@ -148,7 +148,7 @@ fn ends(pad: &mut Sketch, livery: u32, palette: &Palette) {
         };
         for row in 0..rows {
             let height = at(row, 0.0).y;
-            let dress = match (out < 0.0, row as f32 / rows as f32) {
+            let cell_material = match (out < 0.0, row as f32 / rows as f32) {
                 (true, part) if part > 0.36 && part < 0.56 => (palette.tail_lamp, [1.0; 3]),
                 (true, part) if part > 0.74 => (palette.paint, BLACK),
                 (false, _) if height < 0.36 => (palette.paint, BLACK),
@@ -158,10 +158,10 @@ fn ends(pad: &mut Sketch, livery: u32, palette: &Palette) {
             // nose.
             for column in 0..16 {
                 let [from, to] = [column, column + 1].map(|i| (i as f32 / 8.0 - 1.0) * out);
-                let lamp = dress.0 == palette.tail_lamp;
+                let lamp = cell_material.0 == palette.tail_lamp;
                 let gap = lamp && (from + to).abs() * 0.5 < 0.34;
-                let worn = if gap { (palette.paint, BLACK) } else { dress };
-                pad.wear(worn.0, worn.1);
+                let worn = if gap { (palette.paint, BLACK) } else { cell_material };
+                pad.set_material(worn.0, worn.1);
                 let corners = [at(row + 1, from), at(row + 1, to), at(row, to), at(row, from)];
                 let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize_or(Vec3::Z * out);
                 let [a, b, c, d] = corners.map(|point| pad.vertex(point, normal, livery_uv(point.z, 0.9, 1.0)));

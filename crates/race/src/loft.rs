@@ -6,7 +6,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use crate::meshing::Sketch;
 
 /// What a cell of the skin wears: a material and a tint, or nothing where the skin has a hole.
-pub(crate) type Dress = Option<(u32, [f32; 3])>;
+pub(crate) type CellMaterial = Option<(u32, [f32; 3])>;
 
 /// Adds both halves of a skin. `stations` are places along z from the tail to the nose, `columns`
 /// places in 0..=1 from the middle line down the left side; `point` gives a point of the left half
@@ -17,7 +17,7 @@ pub(crate) fn skin(
     stations: &[f32],
     columns: &[f32],
     point: impl Fn(f32, f32) -> Vec3,
-    dress: impl Fn(f32, f32) -> Dress,
+    cell_material: impl Fn(f32, f32) -> CellMaterial,
     uv: impl Fn(Vec3, f32, f32) -> Vec2,
 ) {
     let width = columns.len() as u32;
@@ -41,8 +41,8 @@ pub(crate) fn skin(
             for column in 0..columns.len() - 1 {
                 let middle =
                     [stations[row] + stations[row + 1], columns[column] + columns[column + 1]].map(|sum| 0.5 * sum);
-                let Some((material, color)) = dress(middle[0], middle[1]) else { continue };
-                pad.wear(material, color);
+                let Some((material, color)) = cell_material(middle[0], middle[1]) else { continue };
+                pad.set_material(material, color);
                 let corners =
                     [(row + 1, column), (row + 1, column + 1), (row, column + 1), (row, column)].map(|(r, c)| {
                         let index = r * columns.len() + c;

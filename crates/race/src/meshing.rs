@@ -28,7 +28,7 @@ impl Sketch {
     }
 
     /// Changes what the next triangles and vertices wear.
-    pub(crate) fn wear(&mut self, material: u32, color: [f32; 3]) -> &mut Self {
+    pub(crate) fn set_material(&mut self, material: u32, color: [f32; 3]) -> &mut Self {
         self.material = material;
         self.color = color;
         self

@@ -55,7 +55,7 @@ fn lines(pad: &mut Sketch, track: &Track, palette: &Palette) {
 
 fn start_line(pad: &mut Sketch, track: &Track, palette: &Palette) {
     let on_road = |distance: f32, offset: f32| track.at(distance).at(offset) + Vec3::Y * 0.012;
-    pad.wear(palette.chequer, [0.85; 3]);
+    pad.set_material(palette.chequer, [0.85; 3]);
     let middle = start_distance(track);
     for piece in 0..8 {
         let (right, width) = (-HALF_WIDTH + 0.4 + piece as f32 * 1.3, 1.3);
@@ -63,7 +63,7 @@ fn start_line(pad: &mut Sketch, track: &Track, palette: &Palette) {
             .map(|(along, offset)| on_road(middle + along, offset));
         pad.panel([corners[1], corners[0], corners[3], corners[2]]);
     }
-    pad.wear(palette.paint, [0.74; 3]);
+    pad.set_material(palette.paint, [0.74; 3]);
     for slot in 0..10 {
         let offset = if slot % 2 == 0 { 2.6 } else { -2.6 };
         let at = middle - 6.0 - 7.0 * slot as f32;

@@ -46,7 +46,7 @@ const WAVES: [(f32, f32); 7] =
     [(0.0, 0.42), (0.08, 0.48), (0.08, 0.56), (0.0, 0.63), (0.08, 0.70), (0.08, 0.78), (0.0, 0.84)];
 
 fn rail(pad: &mut Sketch, side: f32, track: &Track, ground: &Ground, palette: &Palette) {
-    pad.wear(palette.paint, [0.50, 0.51, 0.53]);
+    pad.set_material(palette.paint, [0.50, 0.51, 0.53]);
     let count = (track.length() / 2.0) as usize;
     let post = |i: usize| beside(track, ground, track.length() * i as f32 / count as f32, side * RAIL);
     for i in 0..count {
@@ -84,10 +84,10 @@ fn boards(pad: &mut Sketch, side: f32, track: &Track, ground: &Ground, palette: 
         // From the left end to the right one, as seen from the road.
         let [a, b] = if side > 0.0 { [from, to] } else { [to, from] }.map(|end| Vec3::new(end.x, low, end.z));
         let away = Vec3::Y.cross((b - a).normalize());
-        pad.wear(palette.boards[i % palette.boards.len()], [1.0; 3]);
+        pad.set_material(palette.boards[i % palette.boards.len()], [1.0; 3]);
         let up = Vec3::Y * height;
         pad.panel([a, b, b + up, a + up]);
-        pad.wear(palette.paint, [0.20, 0.20, 0.22]);
+        pad.set_material(palette.paint, [0.20, 0.20, 0.22]);
         let back = away * 0.06;
         pad.panel([b + back, a + back, a + back + up, b + back + up]);
         for end in [a.lerp(b, 0.1), a.lerp(b, 0.9)] {
@@ -106,7 +106,7 @@ fn gantry(pad: &mut Sketch, track: &Track, ground: &Ground, palette: &Palette) {
     });
     let top = Vec3::new(0.0, 6.4 + left.y.max(right.y), 0.0);
     let level = |foot: Vec3| Vec3::new(foot.x, top.y, foot.z);
-    pad.wear(palette.paint, [0.16, 0.17, 0.19]);
+    pad.set_material(palette.paint, [0.16, 0.17, 0.19]);
     for foot in [left, right] {
         for (along, across) in [(-0.4, -0.4), (0.4, -0.4), (0.4, 0.4), (-0.4, 0.4)] {
             let shift = station.forward * along + station.left * across;
@@ -131,11 +131,11 @@ fn gantry(pad: &mut Sketch, track: &Track, ground: &Ground, palette: &Palette) {
         for piece in 0..7 {
             let [p, q] = [piece, piece + 1].map(|i| a.lerp(b, i as f32 / 7.0) + Vec3::Y * 0.08);
             let plain = piece % 2 == 1;
-            pad.wear(if plain { palette.boards[0] } else { palette.chequer }, [1.0; 3]);
+            pad.set_material(if plain { palette.boards[0] } else { palette.chequer }, [1.0; 3]);
             pad.panel([p, q, q + up, p + up]);
         }
     }
-    pad.wear(palette.start_lamp, [1.0; 3]);
+    pad.set_material(palette.start_lamp, [1.0; 3]);
     for lamp in 0..5 {
         let at = level(left).lerp(level(right), 0.4 + 0.05 * lamp as f32) - station.forward * 0.55 - Vec3::Y * 0.3;
         pad.ball(at, Vec3::splat(0.16), 8, 12);

@@ -135,11 +135,11 @@ fn walls_and_roof(pad: &mut Sketch, half: f32, deep: f32, top: f32) {
 /// The wall before the first row, with boards facing the road.
 fn front(pad: &mut Sketch, half: f32, palette: &Palette) {
     let here = Affine3A::IDENTITY;
-    pad.wear(palette.paint, [0.66, 0.66, 0.65]);
+    pad.set_material(palette.paint, [0.66, 0.66, 0.65]);
     pad.cuboid(Vec3::new(-half, -4.0, -0.25), Vec3::new(half, FIRST + 0.6, 0.0), &here);
     let count = 6;
     for index in 0..count {
-        pad.wear(palette.boards[index * 2 % palette.boards.len()], [1.0; 3]);
+        pad.set_material(palette.boards[index * 2 % palette.boards.len()], [1.0; 3]);
         let [right, left] = [index, index + 1].map(|i| half * (2.0 * i as f32 / count as f32 - 1.0));
         let z = -0.27;
         let (low, high) = (FIRST - 1.0, FIRST + 0.5);
@@ -151,7 +151,7 @@ fn front(pad: &mut Sketch, half: f32, palette: &Palette) {
             Vec3::new(left - 0.15, high, z),
         ]);
     }
-    pad.wear(palette.paint, [0.5, 0.5, 0.52]);
+    pad.set_material(palette.paint, [0.5, 0.5, 0.52]);
     for height in [0.35, 0.75] {
         let y = FIRST + 0.6 + height;
         pad.beam(Vec3::new(-half, y, -0.1), Vec3::new(half, y, -0.1), 0.05, 0.05);

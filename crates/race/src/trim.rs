@@ -15,11 +15,11 @@ pub(crate) fn add(pad: &mut Sketch, accent: [f32; 3], palette: &Palette) {
     wells(pad, palette);
     floor(pad, palette);
     for side in [-1.0, 1.0] {
-        pad.wear(palette.paint, accent);
+        pad.set_material(palette.paint, accent);
         pad.ball(Vec3::new(0.97 * side, 0.98, 0.50), Vec3::new(0.085, 0.055, 0.07), 10, 16);
-        pad.wear(palette.paint, BLACK);
+        pad.set_material(palette.paint, BLACK);
         pad.beam(Vec3::new(0.80 * side, 0.90, 0.50), Vec3::new(0.93 * side, 0.96, 0.50), 0.05, 0.02);
-        pad.wear(palette.paint, [0.30, 0.29, 0.28]);
+        pad.set_material(palette.paint, [0.30, 0.29, 0.28]);
         let pipe =
             Affine3A::from_rotation_translation(Quat::from_rotation_x(-FRAC_PI_2), Vec3::new(0.42 * side, 0.33, -2.16));
         pad.lathe(
@@ -47,23 +47,23 @@ fn wing(pad: &mut Sketch, accent: [f32; 3], palette: &Palette) {
         let turned = Vec2::from_angle(-tilt).rotate(Vec2::new(-profile.x, profile.y));
         Vec2::new(turned.x - 1.93, turned.y + 1.215)
     };
-    pad.wear(palette.paint, [0.03, 0.03, 0.034]);
+    pad.set_material(palette.paint, [0.03, 0.03, 0.034]);
     pad.sheet(1, 40, |row, column| {
         let profile = place(1.0 - column);
         (Vec3::new(span * (2.0 * row - 1.0), profile.y, profile.x), Vec2::ZERO)
     });
     for side in [-1.0, 1.0] {
-        pad.wear(palette.paint, accent);
+        pad.set_material(palette.paint, accent);
         let x = span * side;
         pad.cuboid(Vec3::new(x - 0.012, 1.06, -2.32), Vec3::new(x + 0.012, 1.30, -1.90), &Affine3A::IDENTITY);
-        pad.wear(palette.paint, BLACK);
+        pad.set_material(palette.paint, BLACK);
         pad.beam(Vec3::new(0.42 * side, 0.88, -1.92), Vec3::new(0.42 * side, 1.19, -2.06), 0.025, 0.14);
     }
 }
 
 /// Dark half drums behind the wheels.
 fn wells(pad: &mut Sketch, palette: &Palette) {
-    pad.wear(palette.paint, BLACK);
+    pad.set_material(palette.paint, BLACK);
     for axle in AXLES {
         for side in [-1.0f32, 1.0] {
             let turn = Quat::from_rotation_z(-side * FRAC_PI_2);
@@ -75,7 +75,7 @@ fn wells(pad: &mut Sketch, palette: &Palette) {
 }
 
 fn floor(pad: &mut Sketch, palette: &Palette) {
-    pad.wear(palette.paint, BLACK);
+    pad.set_material(palette.paint, BLACK);
     let here = Affine3A::IDENTITY;
     // Between the wheel wells the floor is narrow.
     pad.cuboid(Vec3::new(-0.48, 0.12, -2.05), Vec3::new(0.48, 0.16, 2.15), &here);
