@@ -1,4 +1,4 @@
-//! The race in motion: everything that moves, brought to any time.
+//! The animation of the race: everything that moves.
 
 use kinetree::{EditError, Scene};
 use kinetree_world::Animation;

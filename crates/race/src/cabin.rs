@@ -1,4 +1,4 @@
-//! A car's cabin: pillars, roof, windows of one pane each, and who sits inside.
+//! A car's cabin: pillars, roof, windows of one sheet each, and the driver.
 
 use glam::{Affine3A, Vec2, Vec3};
 
@@ -34,7 +34,7 @@ fn point(z: f32, column: f32) -> Vec3 {
         let across = column / 0.46 * 0.90;
         Vec2::new(high * across, roof - 0.35 * drop * across.powi(2))
     } else if column < 0.58 {
-        // A quarter turn between roof and side.
+        // A quarter round between roof and side.
         let part = (column - 0.46) / 0.12;
         let (start, end) = (Vec2::new(0.90 * high, roof - 0.284 * drop), edge.lerp(Vec2::new(belt, low), 0.06));
         let corner = Vec2::new(0.985 * high, roof - 0.5 * drop);
@@ -50,7 +50,7 @@ fn point(z: f32, column: f32) -> Vec3 {
 /// Adds the cabin.
 pub(crate) fn add(pad: &mut Sketch, livery: u32, helmet: [f32; 3], palette: &Palette) {
     let mut stations: Vec<f32> = (0..=44).map(|i| -1.80 + 2.72 * i as f32 / 44.0).collect();
-    // Windows end at these.
+    // The edges of the windows.
     stations.extend([-1.62, -0.86, -0.80, 0.10, 0.84, -1.25, -0.52, -0.44, 0.52]);
     stations.sort_by(f32::total_cmp);
     stations.dedup_by(|a, b| (*a - *b).abs() < 0.004);

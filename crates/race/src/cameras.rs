@@ -1,4 +1,4 @@
-//! Who watches the race, and from where.
+//! The cameras of the race.
 
 use glam::Vec3;
 use kinetree::{Affine, EditError, NodeId, Scene};
@@ -11,7 +11,7 @@ use crate::ground::Ground;
 pub(crate) struct Panning {
     pub(crate) node: NodeId,
     eye: Vec3,
-    /// What it looks at when the race begins.
+    /// What it looks at at time 0.
     target: Vec3,
 }
 

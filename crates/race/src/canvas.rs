@@ -18,7 +18,7 @@ impl Canvas {
         Self { width, height, texels: vec![color; (width * height) as usize] }
     }
 
-    /// Sets every texel from its place.
+    /// Sets every texel to a function of its coordinates and its colour.
     pub(crate) fn paint(&mut self, color: impl Fn(u32, u32, [u8; 4]) -> [u8; 4]) -> &mut Self {
         for y in 0..self.height {
             for x in 0..self.width {
@@ -29,7 +29,7 @@ impl Canvas {
         self
     }
 
-    /// Fills a rectangle, given in texels; what lies outside the canvas is left out.
+    /// Fills a rectangle, given in texels and clipped to the canvas.
     pub(crate) fn rectangle(&mut self, low: [i32; 2], high: [i32; 2], color: [u8; 4]) -> &mut Self {
         for y in low[1].max(0)..high[1].min(self.height as i32) {
             for x in low[0].max(0)..high[0].min(self.width as i32) {
@@ -67,13 +67,13 @@ impl Canvas {
         self
     }
 
-    /// The image, repeated in both directions.
+    /// The texture, repeated in both directions.
     pub(crate) fn finish(self, filter: Filter) -> Texture {
         let Self { width, height, texels } = self;
         Texture { width, height, texels, srgb: true, wrap: [Wrap::Repeat; 2], filter }
     }
 
-    /// The image, continued by its edges.
+    /// The texture, clamped at its edges.
     pub(crate) fn finish_clamped(self) -> Texture {
         Texture { wrap: [Wrap::Clamp; 2], ..self.finish(Filter::Bilinear) }
     }

@@ -13,7 +13,7 @@ use crate::{cabin, trim};
 
 /// From the rear axle to the front axle.
 pub(crate) const WHEELBASE: f32 = 2.70;
-/// Where the axles stand, rear and front.
+/// The z of the axles, rear and front.
 pub(crate) const AXLES: [f32; 2] = [-0.5 * WHEELBASE, 0.5 * WHEELBASE];
 /// From the middle of the car to the middle of a wheel.
 pub(crate) const HALF_TRACK: f32 = 0.815;
@@ -23,7 +23,7 @@ pub(crate) const ENDS: [f32; 2] = [-2.20, 2.25];
 const ARCH: f32 = 0.385;
 /// Height of the wheels' hubs, and so their radius.
 pub(crate) const HUB: f32 = 0.335;
-/// The tint of unpainted parts.
+/// The vertex colour of unpainted parts.
 pub(crate) const BLACK: [f32; 3] = [0.012, 0.012, 0.014];
 
 #[rustfmt::skip]
@@ -43,7 +43,7 @@ const HALF_WIDTH: [(f32, f32); 9] = [
 ];
 const SILL: [(f32, f32); 6] = [(-2.20, 0.34), (-1.85, 0.20), (-1.0, 0.13), (1.6, 0.13), (2.0, 0.12), (2.25, 0.15)];
 
-/// Half the width of the shell at a place along the car.
+/// Half the width of the shell at a z.
 pub(crate) fn half_width(z: f32) -> f32 {
     curve(&HALF_WIDTH, z)
 }
@@ -71,7 +71,7 @@ pub(crate) fn shell(z: f32, column: f32) -> Vec3 {
         if along.abs() < ARCH {
             let arch = HUB + (ARCH * ARCH - along * along).max(0.0).sqrt();
             if point.y < edge && arch > sill {
-                // The side is pressed together between the shoulder and the arch.
+                // The side is compressed between the shoulder and the arch.
                 point.y = arch + (point.y - sill) * (edge - arch) / (edge - sill);
             }
         }
@@ -107,8 +107,7 @@ pub(crate) fn body(livery: u32, wing: [f32; 3], helmet: [f32; 3], palette: &Pale
     pad
 }
 
-/// Places along the car at which the shell has a cross-section: close together at the arches and
-/// the ends.
+/// The z of the cross-sections of the shell: close together at the arches and the ends.
 fn stations() -> Vec<f32> {
     let mut stations: Vec<f32> = (0..=64).map(|i| ENDS[0] + (ENDS[1] - ENDS[0]) * i as f32 / 64.0).collect();
     for axle in AXLES {
@@ -129,7 +128,7 @@ fn shell_material(z: f32, column: f32, livery: u32, palette: &Palette) -> (u32, 
         let lamp = within(1.87, 2.06, z) && within(0.39, 0.51, column);
         return if lamp { (palette.headlamp, [1.0; 3]) } else { (palette.paint, BLACK) };
     }
-    // Air leaves behind the front wheels and through the bonnet.
+    // Vents behind the front wheels and in the bonnet.
     if within(0.72, 0.86, z) && within(0.66, 0.86, column) || within(1.30, 1.55, z) && within(0.14, 0.26, column) {
         return (palette.paint, BLACK);
     }

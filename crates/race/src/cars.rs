@@ -1,5 +1,5 @@
-//! The two cars in the scene: bodies that lean, wheels that steer and roll, each with a node of its
-//! own.
+//! The two cars in the scene: bodies that roll and pitch, wheels that steer and turn, each with a
+//! node of its own.
 
 use std::f32::consts::PI;
 
@@ -44,7 +44,7 @@ pub(crate) fn build(builder: &mut SceneBuilder, palette: &Palette) -> Result<[Ca
                 let hub = Vec3::new(side * HALF_TRACK, HUB, axle);
                 let steering = builder.scene.add_node(node, Affine::from_translation(hub.to_array()))?;
                 let rolling = builder.scene.add_node(steering, Affine::IDENTITY)?;
-                // The wheel's handsome side is outside.
+                // The wheel's outer side is at +x of its mesh.
                 let turned = Affine3A::from_rotation_y(if side > 0.0 { 0.0 } else { PI });
                 builder.put(rolling, shared, &turned)?;
                 wheels.push(Wheel { hub, steers: axle > 0.0, steering, rolling });
@@ -56,7 +56,7 @@ pub(crate) fn build(builder: &mut SceneBuilder, palette: &Palette) -> Result<[Ca
 }
 
 impl Car {
-    /// Drives to a time.
+    /// Moves the car to a time.
     pub(crate) fn go_to(
         &self,
         scene: &mut Scene,

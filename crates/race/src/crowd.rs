@@ -1,4 +1,4 @@
-//! The spectators: three figures in six colours, some thousand times; some of them jump for joy.
+//! The spectators: three meshes in six colours, instanced some thousand times; some of them jump.
 
 use glam::{Affine3A, Quat, Vec3};
 use kinetree::{EditError, InstanceId, Motion};
@@ -20,7 +20,7 @@ const SHIRTS: [[f32; 3]; 6] = [
 ];
 const SKINS: [[f32; 3]; 3] = [[0.62, 0.38, 0.26], [0.42, 0.24, 0.15], [0.16, 0.085, 0.055]];
 
-/// Somebody who does not sit still.
+/// A spectator who jumps.
 pub(crate) struct Jumper {
     instance: InstanceId,
     world_from_seat: Affine3A,
@@ -29,20 +29,20 @@ pub(crate) struct Jumper {
 }
 
 impl Jumper {
-    /// Where they are at a time.
+    /// The placement at a time.
     pub(crate) fn placement(&self, seconds: f64) -> Affine3A {
         let turns = (seconds / LAP * f64::from(self.hops)).rem_euclid(1.0) as f32;
         let wave = ((turns + self.phase) * std::f32::consts::TAU).sin();
         self.world_from_seat * Affine3A::from_translation(Vec3::Y * (0.22 * wave.max(0.0)))
     }
 
-    /// Whom the scene has to move.
+    /// The instance that is moved.
     pub(crate) fn instance(&self) -> InstanceId {
         self.instance
     }
 }
 
-/// Fills the stands; gives those who will jump.
+/// Fills the stands, and returns the spectators who jump.
 pub(crate) fn seat(
     builder: &mut SceneBuilder,
     seed: u64,
@@ -55,7 +55,7 @@ pub(crate) fn seat(
         let mut wardrobe = Vec::new();
         for (index, &shirt) in SHIRTS.iter().enumerate() {
             let (mesh, surface) = person(pose, shirt, SKINS[index % SKINS.len()], palette).finish()?;
-            // One mesh for all colours.
+            // All colours share one mesh.
             wardrobe.push(match wardrobe.first() {
                 None => builder.with_surface(mesh, surface, Motion::Rigid)?,
                 Some(&Prop { mesh, .. }) => builder.with_other_surface(mesh, surface),
@@ -92,7 +92,7 @@ pub(crate) fn seat(
     Ok(jumpers)
 }
 
-/// Moves those who jump.
+/// Moves the spectators who jump.
 pub(crate) fn cheer(scene: &mut kinetree::Scene, jumpers: &[Jumper], seconds: f64) -> Result<(), EditError> {
     jumpers.iter().try_for_each(|jumper| scene.place(jumper.instance(), affine(&jumper.placement(seconds))))
 }
@@ -104,7 +104,7 @@ enum Pose {
     Cheering,
 }
 
-/// Somebody at a seat whose front edge is the origin, facing -z.
+/// A spectator at a seat whose front edge is the origin, facing -z.
 fn person(pose: Pose, shirt: [f32; 3], skin: [f32; 3], palette: &Palette) -> Sketch {
     let mut pad = Sketch::new(palette.paint);
     let (hips, z) = if pose == Pose::Sitting { (0.45, 0.22) } else { (0.86, -0.12) };

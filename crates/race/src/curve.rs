@@ -1,4 +1,5 @@
-//! Smooth curves through a few measured values, which never overshoot them.
+//! Monotone piecewise cubic interpolation: smooth curves through given values that never overshoot
+//! them.
 //!
 //! Fritsch and Butland 1984, "A Method for Constructing Local Monotone Piecewise Cubic
 //! Interpolants": tangents are harmonic means of the neighbouring slopes, and zero at a turn.

@@ -1,7 +1,7 @@
-//! Where the two cars are at any time: a pure function of the time.
+//! The state of the two cars at any time: a pure function of the time.
 //!
-//! Both follow one profile of speeds, slow where the road bends, fast where it does not, on lines
-//! of their own and a little apart in time, so that they fight but never touch.
+//! Both follow one speed profile, slow in corners and fast on straights, on lines of their own and
+//! slightly apart in time, so that they never touch.
 
 use std::f32::consts::TAU;
 
@@ -10,50 +10,50 @@ use glam::{Affine3A, Mat3, Vec3};
 use crate::car::{HALF_TRACK, HUB, WHEELBASE};
 use crate::track::{Station, Track, smoothed};
 
-/// Seconds for a lap, after which everything begins again.
+/// Duration of a lap, seconds, after which everything repeats.
 pub(crate) const LAP: f64 = 20.0;
 /// Entries of the tables.
 const STEPS: usize = 4096;
-/// Where the cars are at time zero: in the banked corner.
+/// Position of the first car at time 0, x and z: in the banked corner.
 const START: [f32; 2] = [165.6, -4.2];
 
-/// The curvature, 1/m, from which each car's tyres slide: the first drives more neatly.
+/// The curvature, 1/m, from which on the tyres of each car slide.
 const SLIDES_FROM: [f32; 2] = [0.024, 0.0145];
 
-/// The two cars' way round the circuit.
+/// The motion of the two cars around the circuit.
 pub(crate) struct Driving {
     track: Track,
-    /// Seconds at which the profile passes each of `STEPS` places, evenly spread from the first
-    /// station.
+    /// Seconds at which the speed profile passes each of `STEPS` stations, evenly spaced from the
+    /// first one.
     passes: Vec<f64>,
     /// Distance at time zero.
     start: f32,
-    /// Offset to the left of the middle at each place, for each car.
+    /// Offset to the left of the centre line at each station, for each car.
     lines: [Vec<f32>; 2],
     /// Metres that each car has driven since time zero at each of `STEPS` times, and after the lap.
     driven: [Vec<f64>; 2],
 }
 
-/// A car at one moment. World space, metres, radians.
+/// The state of a car at one time. World space, metres, radians.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment {
     /// From car space: on the road, upright on its banking.
     pub(crate) world_from_car: Affine3A,
     /// Metres per second.
     pub(crate) velocity: Vec3,
-    /// How far the front wheels are turned to the left.
+    /// Steering angle, positive to the left.
     pub(crate) steer: f32,
-    /// How far the wheels have rolled.
+    /// Angle by which the wheels have turned.
     pub(crate) roll: f32,
-    /// How far the body leans to the right, and how far its nose dives.
+    /// Roll of the body to the right, and pitch of its nose downwards.
     pub(crate) lean: f32,
     pub(crate) dive: f32,
-    /// How hard the tyres slide, 0 when they do not, about 1 at most.
+    /// Slip of the tyres: 0 when they grip, about 1 at most.
     pub(crate) slide: f32,
 }
 
 impl Driving {
-    /// Plans the lap.
+    /// Computes the lap.
     pub(crate) fn new() -> Self {
         let track = Track::new();
         let stations: Vec<Station> = track.places(STEPS).map(|(_, station)| station).collect();
@@ -94,9 +94,9 @@ impl Driving {
         &self.track
     }
 
-    /// Distance along the road, and offset to the left of its middle.
+    /// Distance along the road, and offset to the left of the centre line.
     pub(crate) fn place(&self, car: usize, seconds: f64) -> (f32, f32) {
-        // The second car falls back and catches up once a lap; it is close at time zero.
+        // The gap of the second car grows and shrinks once a lap; it is small at time 0.
         let behind = [0.0, 0.42 - 0.08 * (seconds / LAP * f64::from(TAU)).cos()][car];
         let spacing = f64::from(self.track.length()) / STEPS as f64;
         let first = f64::from(self.start) / spacing;
@@ -150,8 +150,8 @@ impl Driving {
         let station = self.track.at(distance);
         let heading = self.forward(car, seconds);
         let level = frame(heading, station.across(), station.at(offset));
-        // The road is twisted where its banking changes: the car stands on what is below its four
-        // wheels.
+        // The road is twisted where its banking changes, so the car is placed by the road below its
+        // four wheels.
         let ground =
             |x: f32, z: f32| self.on_road(level.transform_point3(Vec3::new(x * HALF_TRACK, 0.0, z * 0.5 * WHEELBASE)));
         let [fl, fr, rl, rr] = [ground(1.0, 1.0), ground(-1.0, 1.0), ground(1.0, -1.0), ground(-1.0, -1.0)];
@@ -174,7 +174,7 @@ impl Driving {
     }
 }
 
-/// A car's placement from where its nose and its left side point, about at right angles.
+/// The placement of a car from its forward and left directions, which are about perpendicular.
 fn frame(forward: Vec3, left: Vec3, origin: Vec3) -> Affine3A {
     let up = forward.cross(left).normalize();
     let forward = forward.normalize();

@@ -1,4 +1,4 @@
-//! The chequered flag: a cloth that waves run through, held by a pole.
+//! The chequered flag: a waving cloth on a pole.
 
 use std::f32::consts::TAU;
 
@@ -23,7 +23,7 @@ pub(crate) struct Flag {
     phase: f32,
 }
 
-/// Puts up a flag with its foot at a place.
+/// Adds a flag whose pole stands at a position.
 pub(crate) fn raise(builder: &mut SceneBuilder, foot: Vec3, phase: f32, palette: &Palette) -> Result<Flag, EditError> {
     let mut pole = Sketch::new(palette.paint);
     pole.color = [0.70, 0.70, 0.70];
@@ -48,12 +48,12 @@ impl Flag {
     }
 }
 
-/// The cloth at a time. It hangs on the pole at x = 0 and streams along +x.
+/// The cloth at a time. It is attached to the pole at x = 0 and streams along +x.
 fn cloth(material: u32, seconds: f64, phase: f32) -> Sketch {
     let turns = (seconds / LAP).rem_euclid(1.0) as f32 * TAU;
     let mut pad = Sketch::new(material);
     pad.sheet(GRID[1], GRID[0], |row, column| {
-        // A wave travels along the cloth and grows on its way; another runs aslant.
+        // A wave travels along the cloth, with growing amplitude; another runs diagonally.
         let first = (column * 9.0 - turns * 22.0 + phase + row).sin();
         let second = (column * 16.0 + row * 4.0 - turns * 37.0 + 1.7 * phase).sin();
         let depth = column * (0.34 * first + 0.10 * second);

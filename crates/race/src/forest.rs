@@ -1,4 +1,4 @@
-//! Where trees stand, and how the wind moves those that stand near.
+//! The positions of the trees, and the motion of the nearby ones in the wind.
 
 use std::f32::consts::TAU;
 
@@ -13,11 +13,11 @@ use crate::scene_builder::SceneBuilder;
 use crate::stands;
 use crate::tree::{Species, sway, tree};
 
-/// Trees that bend.
+/// The number of trees that move.
 const NEAR: usize = 36;
-/// Trees that are too far away for anybody to see them bend.
+/// The largest number of trees that are too far away for their motion to be visible.
 const FAR: usize = 2400;
-/// Trees that were put where a camera likes to see them: x, z, species.
+/// Trees placed by hand for the cameras: x, z, species.
 const CHOSEN: [(f32, f32, Species); 15] = [
     (192.0, 2.5, Species::Birch),
     (198.0, -15.0, Species::Poplar),
@@ -35,10 +35,10 @@ const CHOSEN: [(f32, f32, Species); 15] = [
     (206.0, 8.0, Species::Poplar),
     (207.0, 46.0, Species::Oak),
 ];
-/// Open places that trees keep out of: x, z, radius.
+/// Clearings without trees: x, z, radius.
 const CLEARINGS: [(f32, f32, f32); 3] = [(150.0, -4.0, 21.0), (20.0, 60.0, 16.0), (-20.0, 100.0, 10.0)];
 
-/// A tree that bends.
+/// A tree that moves in the wind.
 pub(crate) struct Swaying {
     mesh: MeshId,
     phase: [f32; 3],
@@ -46,7 +46,7 @@ pub(crate) struct Swaying {
     stiffness: f32,
 }
 
-/// Plants the trees; gives those that bend.
+/// Adds the trees, and returns those that move.
 pub(crate) fn plant(
     builder: &mut SceneBuilder,
     seed: u64,
@@ -84,7 +84,7 @@ pub(crate) fn plant(
         if planted >= FAR {
             break;
         }
-        // More of them further in, so that the woods seem to begin behind the stands.
+        // Denser further in, so that the woods seem to begin behind the stands.
         let away =
             Vec2::from_angle(rng.range(0.0, TAU)) * rng.range(0.02f32, 1.0).sqrt() * 420.0 + Vec2::new(10.0, 0.0);
         let Some((foot, distance)) = site.free(away.x, away.y) else { continue };
@@ -108,21 +108,21 @@ struct Site<'a> {
 }
 
 impl Site<'_> {
-    /// The ground at a place and its distance from the road, if nothing else stands there.
+    /// The ground at x and z and its distance from the road, if nothing else stands there.
     fn free(&self, x: f32, z: f32) -> Option<(Vec3, f32)> {
         let (height, distance) = self.ground.height(x, z);
         let point = Vec3::new(x, height, z);
         let open = CLEARINGS.iter().all(|&(cx, cz, radius)| Vec2::new(x - cx, z - cz).length() > radius);
         let outside = self.grandstands.iter().all(|world_from_stand| {
             let local = world_from_stand.inverse().transform_point3(point);
-            // A wide berth at the front, so that the spectators see something.
+            // More room at the front, so that the trees do not hide the track from the spectators.
             local.x.abs() > 0.5 * stands::length() + 5.0 || local.z > stands::depth() + 6.0 || local.z < -24.0
         });
         (open && outside && distance > 17.0).then_some((point, distance))
     }
 }
 
-/// Woods of one kind are larger than a tree.
+/// The species at a position: noise of low frequency, so that neighbours are mostly of one species.
 fn species_at(seed: u64, x: f32, z: f32, rng: &mut Rng) -> Species {
     let kind = fractal(seed ^ 42, x / 85.0, z / 85.0, 2) + rng.range(-0.28, 0.28);
     match kind {
@@ -150,7 +150,7 @@ fn bending(
     let (mesh, surface) = sketch.finish()?;
     let targets = targets.map(|positions| MorphTarget { positions, normals: Vec::new() }).to_vec();
     let prop = builder.with_surface(mesh.with_morph_targets(targets)?, surface, Motion::Deforming)?;
-    // No turn: the wind comes from one side for all of them.
+    // Not rotated: the wind blows from the same direction for all of them.
     builder.put_in_world(
         prop,
         &Affine3A::from_scale_rotation_translation(Vec3::splat(rng.range(0.9, 1.15)), Quat::IDENTITY, foot),
@@ -158,7 +158,7 @@ fn bending(
     Ok(Swaying {
         mesh: prop.mesh,
         phase: [rng.range(0.0, TAU), rng.range(0.0, TAU), rng.range(0.0, TAU)],
-        // Whole numbers, so that the loop has no seam.
+        // Whole numbers of periods per lap, so that the animation loops.
         rhythm: [4.0 + rng.below(3) as f32, 6.0 + rng.below(4) as f32, 19.0 + rng.below(9) as f32],
         stiffness: if species == Species::Pine { 0.55 } else { 1.0 },
     })
@@ -169,7 +169,7 @@ impl Swaying {
     pub(crate) fn go_to(&self, scene: &mut Scene, seconds: f64) -> Result<(), EditError> {
         let turns = (seconds / LAP).rem_euclid(1.0) as f32 * TAU;
         let wave = |i: usize| (turns * self.rhythm[i] + self.phase[i]).sin();
-        // Gusts run over all trees alike, each answers in its own way.
+        // The same gusts for all trees, with a phase and stiffness of their own.
         let gust = 0.6 + 0.4 * (turns * 2.0 + 0.6).sin();
         let weights = [
             self.stiffness * gust * (0.55 + 0.65 * wave(0)),

@@ -1,7 +1,6 @@
-//! The land: how high it is everywhere, and what grows on it.
+//! The terrain: its height, and the colour of the grass.
 //!
-//! Near the road the land follows the banking; further out it rises into hills that leave the road
-//! alone.
+//! Near the road the terrain follows the banking; further out it rises into hills.
 
 use glam::{Vec2, Vec3};
 
@@ -10,30 +9,29 @@ use crate::palette::Palette;
 use crate::rng::{fractal, noise};
 use crate::track::{Station, Track};
 
-/// How far the verge of the road lies over the terrain, which dips below it, metres from the
-/// middle.
+/// Half the width of the road with its verge, metres; the terrain is lowered below it.
 pub(crate) const VERGE: f32 = 13.0;
-/// Half the side of the land, metres.
+/// Half the side of the terrain, metres.
 const REACH: f32 = 620.0;
-/// Quads along a side of the land.
+/// Quads along a side of the terrain.
 const QUADS: u32 = 230;
 
-/// The land.
+/// The terrain.
 pub(crate) struct Ground {
     stations: Vec<Station>,
     seed: u64,
 }
 
 impl Ground {
-    /// The land around a track.
+    /// The terrain around a track.
     pub(crate) fn new(seed: u64, track: &Track) -> Self {
         Self { stations: track.places(420).map(|(_, station)| station).collect(), seed }
     }
 
-    /// Height at a place, and its distance from the middle of the road, metres.
+    /// Height at x and z, and distance from the centre line of the road, metres.
     ///
-    /// Stations have a say by the sixth power of their nearness (Shepard 1968, "A two-dimensional
-    /// interpolation function for irregularly-spaced data").
+    /// Inverse distance weighting of the stations of the road, by the sixth power (Shepard 1968, "A
+    /// two-dimensional interpolation function for irregularly-spaced data").
     pub(crate) fn height(&self, x: f32, z: f32) -> (f32, f32) {
         let (mut sum, mut weights, mut nearest) = (0.0, 0.0, f32::INFINITY);
         for station in &self.stations {
@@ -49,7 +47,7 @@ impl Ground {
         (sum / weights + self.hills(x, z, distance), distance)
     }
 
-    /// The place on the land below or above a point.
+    /// The point of the terrain at x and z.
     pub(crate) fn below(&self, x: f32, z: f32) -> Vec3 {
         Vec3::new(x, self.height(x, z).0, z)
     }
@@ -62,7 +60,7 @@ impl Ground {
         away * rolling + rim * ridge * 62.0
     }
 
-    /// Linear RGB of the grass at a place.
+    /// Colour of the grass at x and z, linear RGB.
     pub(crate) fn green(&self, x: f32, z: f32) -> [f32; 3] {
         let dry = smoothstep(-0.15, 0.55, fractal(self.seed ^ 13, x / 38.0, z / 38.0, 3));
         let shade = 1.0 + 0.22 * noise(self.seed ^ 14, x / 9.0, z / 9.0);
@@ -70,7 +68,7 @@ impl Ground {
         (lush.lerp(straw, 0.55 * dry) * shade).to_array()
     }
 
-    /// The mesh of the land: fine in the middle, coarse at the rim.
+    /// The mesh of the terrain: fine in the middle, coarse at the rim.
     pub(crate) fn terrain(&self, palette: &Palette) -> Sketch {
         let mut pad = Sketch::new(palette.grass);
         let spread = |i: u32| {

@@ -1,8 +1,9 @@
-//! The built-in race of kinetree: a moving scene that the program makes from a seed, with no file.
+//! The built-in race of kinetree: an animated scene that the program makes from a seed, without a
+//! file.
 //!
-//! Two cars race round a banked circuit on a late afternoon; trees bend in the wind, a flag waves,
+//! Two cars race around a banked circuit on a late afternoon; trees move in the wind, a flag waves,
 //! tyres smoke, and some thousand spectators watch. Every kind of [`Motion`] is there. After
-//! [`duration`](kinetree_world::Animation::duration) seconds it begins again.
+//! [`duration`](kinetree_world::Animation::duration) seconds it repeats.
 //!
 //! ```
 //! let mut race = kinetree_race::world(1);
@@ -15,15 +16,15 @@
 //!
 //! | | |
 //! |---|---|
-//! | the line of the circuit, and the land | `track`, `ground` |
-//! | what is built | `road`, `roadside`, `stands` |
-//! | what grows, who watches | `tree`, `forest`, `crowd` |
-//! | the cars, and where they are | `car`, `cabin`, `trim`, `wheel`; `driving`, `cars` |
-//! | what else moves, and all of it | `flag`, `smoke`; `animation` |
-//! | from where it is seen | `cameras` |
+//! | the circuit and the terrain | `track`, `ground` |
+//! | buildings | `road`, `roadside`, `stands` |
+//! | trees and spectators | `tree`, `forest`, `crowd` |
+//! | the cars and their motion | `car`, `cabin`, `trim`, `wheel`; `driving`, `cars` |
+//! | other animation | `flag`, `smoke`; `animation` |
+//! | cameras | `cameras` |
 //! | making meshes | `meshing`, `shapes`, `loft`, `curve` |
 //! | making images and materials | `canvas`, `font`, `textures`, `palette` |
-//! | chance, and the scene being filled | `rng`, `scene_builder` |
+//! | random numbers, and building the scene | `rng`, `scene_builder` |
 
 mod animation;
 mod cabin;
@@ -67,11 +68,11 @@ use ground::Ground;
 use palette::Palette;
 use scene_builder::SceneBuilder;
 
-/// The race. The seed decides how the hills lie, where the trees stand, who sits where and how the
-/// wind blows; the circuit is always the same.
+/// The race. The seed decides about hills, trees, spectators and wind; the circuit is always the
+/// same.
 ///
-/// The first camera, "track", sees both cars in the banked corner at time 0; "chase", "front" and
-/// "wheel" ride with them; the others are "aerial", "grandstand", "pit" and "hairpin".
+/// The first camera, "track", shows both cars in the banked corner at time 0; "chase", "front" and
+/// "wheel" are attached to them; the others are "aerial", "grandstand", "pit" and "hairpin".
 pub fn world(seed: u64) -> World {
     build(seed).expect("the race's meshes are sound, and it edits with handles of its own")
 }
@@ -118,12 +119,12 @@ fn build(seed: u64) -> Result<World, EditError> {
     Ok(world)
 }
 
-/// Where flags wave: x, z.
+/// The positions of the flags: x, z.
 const FLAGS: [[f32; 2]; 3] = [[189.0, 6.0], [5.0, 62.0], [38.0, 62.0]];
 
 const SKY: Sky = Sky::Gradient { zenith: [0.06, 0.17, 0.52], horizon: [0.47, 0.60, 0.80], ground: [0.20, 0.19, 0.14] };
 
-/// Low in the west, an hour before it sets.
+/// A low sun in the west, an hour before sunset.
 fn sun() -> Light {
     let direction = Vec3::new(0.80, -0.40, 0.45).normalize().to_array();
     Light::Sun { direction, irradiance: [6.0, 4.15, 2.45], angle: 0.02 }

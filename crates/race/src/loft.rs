@@ -1,17 +1,16 @@
-//! A skin over cross-sections, one half of it, and its mirror image: how the bodies of cars are
-//! made.
+//! Lofted skins over cross-sections, one half and its mirror image, for the bodies of cars.
 
 use glam::{Affine3A, Vec2, Vec3};
 
 use crate::meshing::Sketch;
 
-/// What a cell of the skin wears: a material and a tint, or nothing where the skin has a hole.
+/// The material and vertex colour of a cell of the skin, or `None` for a hole.
 pub(crate) type CellMaterial = Option<(u32, [f32; 3])>;
 
-/// Adds both halves of a skin. `stations` are places along z from the tail to the nose, `columns`
-/// places in 0..=1 from the middle line down the left side; `point` gives a point of the left half
-/// (x >= 0), `dress` what the cell with this middle wears. `uv` is asked with the point, the
-/// column, and the side: 1 at the left, -1 at the right.
+/// Adds both halves of a skin. `stations` are values of z from the tail to the nose, `columns`
+/// parameters in 0..=1 from the centre line down the left side; `point` gives a point of the left
+/// half (x >= 0), `cell_material` the material of the cell with a centre. `uv` is called with the
+/// point, the column, and the side: 1 at the left, -1 at the right.
 pub(crate) fn skin(
     pad: &mut Sketch,
     stations: &[f32],
@@ -21,7 +20,7 @@ pub(crate) fn skin(
     uv: impl Fn(Vec3, f32, f32) -> Vec2,
 ) {
     let width = columns.len() as u32;
-    // All cells take part in the normals, so that windows and holes leave no crease.
+    // All cells contribute to the normals, so that windows and holes leave no crease.
     let mut whole = Sketch::new(0);
     for &z in stations {
         for &column in columns {
@@ -61,7 +60,7 @@ pub(crate) fn skin(
     }
 }
 
-/// The smooth line through points, at a parameter in 0..=1 that gives each stretch the same share
+/// A smooth curve through points, at a parameter in 0..=1 that is divided evenly between them
 /// (Catmull and Rom 1974).
 pub(crate) fn through(points: &[Vec2], parameter: f32) -> Vec2 {
     let last = points.len() - 1;

@@ -1,4 +1,4 @@
-//! A sketch pad for meshes: vertices with all their attributes, triangles sorted into materials.
+//! A builder of meshes: vertices with all their attributes, triangles sorted by material.
 //!
 //! Triangles are counter-clockwise when seen from outside. Shapes that need more than this are in
 //! `shapes`.
@@ -7,12 +7,12 @@ use glam::{Vec2, Vec3};
 use kinetree::{Mesh, MeshError};
 use kinetree_world::{Part, Surface};
 
-/// A mesh in the making, together with what it wears.
+/// A mesh under construction, with its surface.
 #[derive(Clone, Default)]
 pub(crate) struct Sketch {
-    /// The material of the triangles that come next.
+    /// The material of the next triangles.
     pub(crate) material: u32,
-    /// The linear RGB that multiplies the material's colour at the vertices that come next.
+    /// The colour of the next vertices, linear RGB, which multiplies that of the material.
     pub(crate) color: [f32; 3],
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -22,12 +22,12 @@ pub(crate) struct Sketch {
 }
 
 impl Sketch {
-    /// An empty sketch that begins with a material, untinted.
+    /// An empty mesh that begins with a material and white vertices.
     pub(crate) fn new(material: u32) -> Self {
         Self { material, color: [1.0; 3], ..Self::default() }
     }
 
-    /// Changes what the next triangles and vertices wear.
+    /// Changes the material of the next triangles and the colour of the next vertices.
     pub(crate) fn set_material(&mut self, material: u32, color: [f32; 3]) -> &mut Self {
         self.material = material;
         self.color = color;
@@ -68,7 +68,7 @@ impl Sketch {
     }
 
     /// Gives the vertices from `first` on the mean normal of their triangles, weighted by area.
-    /// `same` lists pairs of vertices that stand in one place and share one normal.
+    /// `same` lists pairs of vertices at the same position, which share a normal.
     pub(crate) fn smooth(&mut self, first: u32, same: &[[u32; 2]]) {
         let first = first as usize;
         self.normals[first..].fill(Vec3::ZERO);
@@ -91,22 +91,23 @@ impl Sketch {
         }
     }
 
-    /// How many vertices there are.
+    /// The number of vertices.
     pub(crate) fn vertex_count(&self) -> u32 {
         self.positions.len() as u32
     }
 
-    /// Where the vertices are.
+    /// The positions of the vertices.
     pub(crate) fn positions(&self) -> &[Vec3] {
         &self.positions
     }
 
-    /// Unit, one per vertex.
+    /// Unit normals, one per vertex.
     pub(crate) fn normals(&self) -> &[Vec3] {
         &self.normals
     }
 
-    /// A layer over all triangles of one material, a distance above them, of another material.
+    /// Adds a layer of another material over all triangles of one material, at a distance above
+    /// them.
     pub(crate) fn coat(&mut self, over: u32, coat: u32, distance: f32) {
         let first = self.vertex_count();
         let (positions, normals) = (self.positions.clone(), self.normals.clone());
@@ -119,7 +120,7 @@ impl Sketch {
         self.triangles.extend(covered.into_iter().map(|triangle| (coat, triangle.map(|index| index + first))));
     }
 
-    /// The mesh, and what it wears; triangles of the same material keep their order.
+    /// The mesh and its surface; triangles of the same material keep their order.
     pub(crate) fn finish(mut self) -> Result<(Mesh, Surface), MeshError> {
         self.triangles.sort_by_key(|&(material, _)| material);
         let mut parts: Vec<Part> = Vec::new();

@@ -4,8 +4,7 @@ use kinetree_world::{Alpha, Material, MaterialSet, Scatter, Texture, TextureRef}
 
 use crate::textures;
 
-/// Indices into [`MaterialSet::materials`]. Colours come from the vertices where nothing else is
-/// said.
+/// Indices into [`MaterialSet::materials`]. Unless said otherwise, colours come from the vertices.
 pub(crate) struct Palette {
     /// Diffuse, coloured by the vertices: most things.
     pub(crate) paint: u32,
@@ -19,7 +18,7 @@ pub(crate) struct Palette {
     pub(crate) leaves: [u32; 2],
     /// Branches of needles.
     pub(crate) needles: u32,
-    /// Slightly tinted panes of one layer.
+    /// Slightly tinted glass of one layer.
     pub(crate) glass: u32,
     /// The clear coat over a car's paint.
     pub(crate) coat: u32,
@@ -27,7 +26,7 @@ pub(crate) struct Palette {
     pub(crate) headlamp: u32,
     /// Red light.
     pub(crate) tail_lamp: u32,
-    /// The lamps of the start, green.
+    /// The green lamps of the start.
     pub(crate) start_lamp: u32,
     /// Translucent puffs.
     pub(crate) smoke: u32,
@@ -38,7 +37,7 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// Paints the textures and adds all materials to a look.
+    /// Paints the textures, and adds them and all materials to a set.
     pub(crate) fn new(seed: u64, material_set: &mut MaterialSet) -> Self {
         let mut add = |material: Material| {
             material_set.materials.push(material);

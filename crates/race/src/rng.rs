@@ -1,10 +1,10 @@
-//! Chance, repeatable: numbers that depend on a seed and a stream only.
+//! Reproducible random numbers, which depend on a seed and a stream only.
 //!
-//! Every generator draws from a stream of its own, so that one more tree moves no spectator.
+//! Each part of the race draws from a stream of its own, so that one more tree moves no spectator.
 //!
 //! Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators" (SplitMix64).
 
-/// A source of numbers that look random.
+/// A pseudorandom number generator.
 pub(crate) struct Rng(u64);
 
 impl Rng {

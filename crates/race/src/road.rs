@@ -15,7 +15,7 @@ const STRIPE: f32 = 1.25;
 /// Above this curvature, 1/m, a corner has gravel and tyres at its outside.
 pub(crate) const SHARP: f32 = 0.0125;
 
-/// The road with all that is painted on it and all that borders on it.
+/// The road with its paint, kerbs and verge.
 pub(crate) fn road(seed: u64, track: &Track, ground: &Ground, palette: &Palette) -> Sketch {
     let mut pad = Sketch::new(palette.asphalt);
     asphalt(&mut pad, seed, track);
@@ -76,7 +76,7 @@ fn start_line(pad: &mut Sketch, track: &Track, palette: &Palette) {
     }
 }
 
-/// Where the lap begins: in front of the main stand.
+/// The distance at which the lap begins: in front of the main stand.
 pub(crate) fn start_distance(track: &Track) -> f32 {
     track.nearest(20.0, 78.0).0
 }
@@ -105,11 +105,11 @@ fn verge(pad: &mut Sketch, side: f32, track: &Track, ground: &Ground, palette: &
     });
 }
 
-/// A strip of quads along the whole lap; `point` gives place, texture coordinates and colour for a
-/// distance, a station and a place across in 0..=1, from left to right.
+/// A strip of quads along the whole lap; `point` gives position, texture coordinates and colour for
+/// a distance, a station and a coordinate across in 0..=1, from left to right.
 fn band(pad: &mut Sketch, track: &Track, columns: u32, point: impl Fn(f32, &Station, f32) -> (Vec3, Vec2, [f32; 3])) {
     let first = pad.vertex_count();
-    // The first row comes again at the end, so that textures run on.
+    // The first row is repeated at the end, so that texture coordinates go on.
     for row in 0..=ROWS {
         let distance = track.length() * row as f32 / ROWS as f32;
         let station = track.at(distance);

@@ -1,4 +1,4 @@
-//! What lines the road: guard rails, tyre walls, boards, the gantry over the start, lamp masts.
+//! The roadside: guard rails, tyre walls, boards, the gantry over the start, lamp masts.
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use kinetree::{EditError, Motion};
@@ -15,7 +15,7 @@ const RAIL: f32 = VERGE + 0.6;
 /// From the middle of the road to the tyres.
 const TYRES: f32 = VERGE - 0.7;
 
-/// Puts it all up.
+/// Adds all of it.
 pub(crate) fn build(
     builder: &mut SceneBuilder,
     track: &Track,
@@ -33,7 +33,7 @@ pub(crate) fn build(
     tyre_walls(builder, track, ground, palette)
 }
 
-/// A place beside the road, on the ground; none where another stretch of road is nearer.
+/// A point of the ground beside the road; `None` where another stretch of road is nearer.
 fn beside(track: &Track, ground: &Ground, distance: f32, offset: f32) -> Option<Vec3> {
     let station = track.at(distance);
     let point = station.middle + station.left * offset;
@@ -142,7 +142,7 @@ fn gantry(pad: &mut Sketch, track: &Track, ground: &Ground, palette: &Palette) {
     }
 }
 
-/// Stacks of tyres at the outside of sharp corners, three high, red and white by turns.
+/// Stacks of tyres at the outside of sharp corners, three high, alternately red and white.
 fn tyre_walls(builder: &mut SceneBuilder, track: &Track, ground: &Ground, palette: &Palette) -> Result<(), EditError> {
     let mut stacks = Vec::new();
     for color in [[0.62, 0.04, 0.035], [0.74, 0.73, 0.70]] {
@@ -157,7 +157,7 @@ fn tyre_walls(builder: &mut SceneBuilder, track: &Track, ground: &Ground, palett
         let mut count = 0;
         while distance < track.length() {
             let station = track.at(distance);
-            // Steps along the wall, not along the road, are all the same.
+            // Steps are measured along the wall, not along the road.
             distance += 0.66 / (1.0 - station.curvature * side * TYRES).max(0.3);
             if -side * station.curvature < SHARP {
                 continue;

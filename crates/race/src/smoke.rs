@@ -1,7 +1,7 @@
-//! Smoke from sliding tyres: puffs that are born, swell, thin out and are gone.
+//! Smoke from sliding tyres: puffs that appear, grow, fade and disappear.
 //!
-//! Each wheel sends out a puff at regular times while its tyre slides. What a puff looks like
-//! depends on its age only, so it has a slot by its age, and the slot says how transparent it is.
+//! Each wheel emits puffs at regular intervals while its tyre slides. The opacity of a puff depends
+//! on its age only, so puffs have slots by age, whose vertex colours are fixed.
 
 use std::f32::consts::TAU;
 
@@ -15,29 +15,29 @@ use crate::palette::Palette;
 use crate::rng::Rng;
 use crate::scene_builder::SceneBuilder;
 
-/// Puffs that a wheel could send out in a lap.
+/// The number of puffs that a wheel can emit in a lap.
 const BIRTHS: i64 = 500;
-/// Ages that a living puff can have, in times between two births.
+/// The lifetime of a puff, in intervals between two puffs.
 const SLOTS: usize = 34;
-/// Sheets that a puff consists of, crossing each other.
+/// The number of crossing quads of a puff.
 const CARDS: usize = 3;
 /// Wheels that smoke: both rear wheels of both cars.
 const WHEELS: usize = 4;
 
-/// All the smoke.
+/// The smoke.
 pub(crate) struct Smoke {
     mesh: MeshId,
     seed: u64,
 }
 
-/// The triangles of a moment.
+/// The vertices and triangles at one time.
 #[derive(Default)]
 struct Puffs {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
 }
 
-/// Adds the smoke, which is not there yet.
+/// Adds the mesh of the smoke, without triangles.
 pub(crate) fn prepare(builder: &mut SceneBuilder, seed: u64, palette: &Palette) -> Result<Smoke, EditError> {
     let (mut uvs, mut colors) = (Vec::new(), Vec::new());
     for _ in 0..WHEELS {
@@ -57,7 +57,7 @@ pub(crate) fn prepare(builder: &mut SceneBuilder, seed: u64, palette: &Palette) 
 }
 
 impl Smoke {
-    /// Makes the puffs of a time.
+    /// Sets the triangles of a time.
     pub(crate) fn go_to(&self, scene: &mut Scene, driving: &Driving, seconds: f64) -> Result<(), EditError> {
         let puffs = self.puffs(driving, seconds);
         scene.set_triangles(self.mesh, &puffs.positions, &puffs.triangles)
@@ -77,7 +77,7 @@ impl Smoke {
         if puffs.triangles.is_empty() { Puffs::default() } else { puffs }
     }
 
-    /// Adds the vertices of a puff, whether it lives or not, and the triangles of one that does.
+    /// Adds the vertices of a puff, and its triangles if it is visible.
     fn puff(&self, puffs: &mut Puffs, driving: &Driving, wheel: usize, birth: i64, age: f32, life: f32) {
         let (car, side) = (wheel / 2, if wheel % 2 == 0 { 1.0 } else { -1.0 });
         let born = driving.moment(car, birth as f64 * LAP / BIRTHS as f64);
@@ -89,7 +89,7 @@ impl Smoke {
         let mut rng = Rng::new(self.seed ^ 50, (birth.rem_euclid(BIRTHS) as u64) << 3 | wheel as u64);
         let contact = Vec3::new(side * HALF_TRACK, 0.12, AXLES[0] - 0.25);
         let start = born.world_from_car.transform_point3(contact);
-        // The air brakes the puff; heat lifts it, the wind carries it along +x.
+        // Drag slows the puff down, heat lifts it, the wind carries it along +x.
         let carried = born.velocity * 0.22 * (1.0 - (-2.5 * age).exp()) / 2.5;
         let stray = Vec3::new(rng.range(-0.5, 0.5), rng.range(0.25, 0.85), rng.range(-0.5, 0.5)) * age;
         let wind = Vec3::X * (0.5 * age * age);

@@ -1,4 +1,4 @@
-//! Grandstands: steps, seats, walls, a roof; where they stand, and where their seats are.
+//! Grandstands: steps, seats, walls, a roof; the placement of stands and seats.
 //!
 //! Stand space: x along the stand, y up, z away from the road; the front row begins at z = 0;
 //! metres.
@@ -14,17 +14,17 @@ use crate::track::Track;
 const ROWS: usize = 14;
 /// Seats in a row.
 const SEATS: usize = 72;
-/// From seat to seat, from row to row, and from step to step.
+/// Spacing of seats in a row, height and depth of a row.
 const PITCH: Vec3 = Vec3::new(0.58, 0.44, 0.86);
 /// Height of the first step.
 const FIRST: f32 = 1.3;
 /// From the middle of the road to the front of a stand.
 const SETBACK: f32 = 18.5;
-/// Where stands are, given by the nearest point of the road, and at which side of it: 1 is left.
+/// Positions of the stands: the nearest point of the road, x and z, and the side of it, 1 for left.
 const PLACES: [([f32; 2], f32); 5] =
     [([170.0, 30.0], -1.0), ([150.0, 66.0], -1.0), ([-20.0, 78.0], -1.0), ([26.0, 78.0], -1.0), ([72.0, 78.0], -1.0)];
 
-/// Where the stands are, world from stand space.
+/// The placements of the stands, world from stand space.
 pub(crate) fn placements(track: &Track, ground: &Ground) -> Vec<Affine3A> {
     let place = |&([x, z], side): &([f32; 2], f32)| {
         let station = track.at(track.nearest(x, z).0);
@@ -43,17 +43,17 @@ pub(crate) fn placements(track: &Track, ground: &Ground) -> Vec<Affine3A> {
     PLACES.iter().map(place).collect()
 }
 
-/// Of a whole stand.
+/// Length of a stand, metres.
 pub(crate) fn length() -> f32 {
     SEATS as f32 * PITCH.x
 }
 
-/// Of a whole stand, from front to back.
+/// Depth of a stand, from front to back, metres.
 pub(crate) fn depth() -> f32 {
     1.2 + ROWS as f32 * PITCH.z
 }
 
-/// Where somebody may sit: the front edge of each seat, in stand space.
+/// The front edge of each seat, in stand space.
 pub(crate) fn seats() -> impl Iterator<Item = Vec3> {
     (0..ROWS).flat_map(|row| (0..SEATS).filter(|&seat| !is_aisle(seat)).map(move |seat| seat_at(row, seat)))
 }
@@ -67,7 +67,7 @@ fn seat_at(row: usize, seat: usize) -> Vec3 {
     Vec3::new(x, FIRST + row as f32 * PITCH.y, 1.3 + row as f32 * PITCH.z)
 }
 
-/// One stand; all are alike.
+/// The mesh of a stand, shared by all.
 pub(crate) fn stand(palette: &Palette) -> Sketch {
     let mut pad = Sketch::new(palette.paint);
     let here = Affine3A::IDENTITY;

@@ -1,4 +1,4 @@
-//! The images of the race, painted at the start.
+//! The procedural textures of the race.
 
 use glam::Vec2;
 use kinetree_world::{Filter, Texture};
@@ -49,10 +49,10 @@ pub(crate) fn chequer() -> Texture {
     canvas.finish(Filter::Nearest)
 }
 
-/// A twig of leaves on nothing: alpha is the mask, grey the brightness of each leaf.
+/// A twig of leaves on a transparent ground: alpha is the mask, grey the brightness of each leaf.
 pub(crate) fn leaves(seed: u64, count: u32, slimness: f32) -> Texture {
     let mut rng = Rng::new(seed, 103 + u64::from(count));
-    // The colour of the void is that of the leaves, so that filtering leaves no rim.
+    // The transparent texels have the colour of the leaves, so that filtering leaves no rim.
     let mut canvas = Canvas::new(128, 128, [190, 190, 190, 0]);
     for _ in 0..count {
         let place = Vec2::from_angle(rng.range(0.0, std::f32::consts::TAU)) * rng.unit().sqrt() * 48.0;
@@ -122,7 +122,7 @@ pub(crate) fn livery(number: &str, paint: [u8; 4], stripe: [u8; 4], roundel: [u8
     }
     let dot = [9, 6];
     let (wide, high) = ((number.chars().count() as i32 * 6 - 1) * dot[0], 7 * dot[1]);
-    // On the right side the image stands on its head, on the left side it is mirrored.
+    // On the right side the image is upside down, on the left side it is mirrored.
     for (side, flip) in [(-1, [false, true]), (1, [true, false])] {
         canvas.text(number, [452 - wide / 2, 256 + side * 196 - high / 2], dot, flip, [12, 12, 14, 255]);
     }

@@ -1,8 +1,7 @@
-//! The line of the circuit: where it runs, how it turns, how it is banked.
+//! The centre line of the circuit: its course, curvature and banking.
 //!
-//! A closed uniform cubic B-spline, so that curvature is continuous and nobody has to jerk the
-//! wheel, tabulated by arc length. The circuit runs anticlockwise as seen from above; y is up, all
-//! lengths are metres.
+//! A closed uniform cubic B-spline, which has continuous curvature, tabulated by arc length. The
+//! circuit runs anticlockwise as seen from above; y is up, all lengths are metres.
 
 use glam::Vec3;
 
@@ -11,7 +10,7 @@ pub(crate) const HALF_WIDTH: f32 = 5.6;
 /// Entries of the table.
 const STATIONS: usize = 4096;
 /// The spline's control points: the start straight, the banked corner, the esses, the hairpin, and
-/// home.
+/// back to the start.
 #[rustfmt::skip]
 const CONTROL: [[f32; 3]; 23] = [
     [-90.0, 0.0, 78.0], [-45.0, 0.0, 78.0], [0.0, 0.0, 78.0], [45.0, 0.2, 78.0], [90.0, 0.6, 79.0],
@@ -28,14 +27,14 @@ pub(crate) struct Track {
     length: f32,
 }
 
-/// The road at one place.
+/// The road at one distance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Station {
-    /// The middle of the road.
+    /// A point of the centre line.
     pub(crate) middle: Vec3,
-    /// Unit, along the road.
+    /// Unit vector along the road.
     pub(crate) forward: Vec3,
-    /// Unit, level, to the left of a driver.
+    /// Unit vector to the left of a driver, horizontal.
     pub(crate) left: Vec3,
     /// 1/m, positive where the road turns left, smoothed over some metres.
     pub(crate) curvature: f32,
@@ -44,19 +43,19 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    /// The surface, a distance to the left of the middle.
+    /// The point of the surface at an offset to the left of the centre line.
     pub(crate) fn at(&self, offset: f32) -> Vec3 {
         self.middle + self.left * offset - Vec3::Y * (self.fall * offset)
     }
 
-    /// Unit, to the left, within the surface.
+    /// Unit vector to the left, within the surface.
     pub(crate) fn across(&self) -> Vec3 {
         (self.left - Vec3::Y * self.fall).normalize()
     }
 }
 
 impl Track {
-    /// Measures the spline.
+    /// Tabulates the spline.
     pub(crate) fn new() -> Self {
         let fine = 256 * CONTROL.len();
         let mut lengths = vec![0.0f64];
@@ -98,12 +97,12 @@ impl Track {
         Self { stations, length: length as f32 }
     }
 
-    /// Of one lap.
+    /// Length of a lap, metres.
     pub(crate) fn length(&self) -> f32 {
         self.length
     }
 
-    /// The road after a distance from the first station, any number of laps on.
+    /// The road at a distance from the first station, modulo the lap.
     pub(crate) fn at(&self, distance: f32) -> Station {
         let place = (distance / self.length).rem_euclid(1.0) * STATIONS as f32;
         let index = place as usize % STATIONS;
@@ -118,7 +117,7 @@ impl Track {
         }
     }
 
-    /// Evenly spread places with their distances, the last one a step before the first.
+    /// Evenly spaced stations with their distances; the last one is a step before the first.
     pub(crate) fn places(&self, count: usize) -> impl Iterator<Item = (f32, Station)> {
         (0..count).map(move |i| {
             let distance = self.length * i as f32 / count as f32;
@@ -126,7 +125,8 @@ impl Track {
         })
     }
 
-    /// The nearest place to a point as seen from above, and how far to the left of it the point is.
+    /// The distance of the station nearest to a point, as seen from above, and how far to the left
+    /// of it the point is.
     pub(crate) fn nearest(&self, x: f32, z: f32) -> (f32, f32) {
         let squared = |station: &Station| (station.middle.x - x).powi(2) + (station.middle.z - z).powi(2);
         let coarse = (0..STATIONS)

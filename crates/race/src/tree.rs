@@ -10,7 +10,7 @@ use crate::meshing::Sketch;
 use crate::palette::Palette;
 use crate::rng::Rng;
 
-/// Kinds of trees.
+/// The species of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Species {
     /// Broad and round.
@@ -23,7 +23,7 @@ pub(crate) enum Species {
     Pine,
 }
 
-/// What distinguishes the leafy species.
+/// The parameters of the leafy species.
 struct Habit {
     height: f32,
     trunk: f32,
@@ -109,7 +109,7 @@ fn leafy(habit: &Habit, cards: usize, rng: &mut Rng, palette: &Palette) -> Sketc
         let lump = lumps[card % lumps.len()];
         let out = direction(rng);
         let place = lump + out * size * rng.range(0.72, 1.02);
-        // Leaves in the depth of the crown, and low ones, are in the shade of the others.
+        // Leaves inside the crown, and low ones, are darker: they are in the shade of the others.
         let depth = ((place - middle) / (half * 1.05)).length().min(1.0);
         let light = (0.42 + 0.58 * depth * depth) * (0.86 + 0.14 * ((place.y - middle.y) / half.y));
         pad.color = rng.shade(habit.leaf, 0.22).map(|channel| channel * light);
@@ -120,7 +120,7 @@ fn leafy(habit: &Habit, cards: usize, rng: &mut Rng, palette: &Palette) -> Sketc
     pad
 }
 
-/// A square of leaves, lit as a part of the round crown it belongs to.
+/// A quad of leaves, with normals of the round crown that it belongs to.
 fn leaf_card(pad: &mut Sketch, center: Vec3, facing: Vec3, away: Vec3, size: f32, spin: f32) {
     let basis = Quat::from_rotation_arc(Vec3::Z, facing) * Quat::from_rotation_z(spin);
     let normal = (facing * 0.4 + away * 0.6).normalize_or(facing);
@@ -130,7 +130,7 @@ fn leaf_card(pad: &mut Sketch, center: Vec3, facing: Vec3, away: Vec3, size: f32
     pad.quad(a, b, c, d);
 }
 
-/// Evenly spread over the sphere.
+/// A random unit vector, uniform over the sphere.
 fn direction(rng: &mut Rng) -> Vec3 {
     let level = rng.range(-1.0, 1.0);
     let (sine, cosine) = rng.range(0.0, TAU).sin_cos();
@@ -199,8 +199,8 @@ fn needle_branch(pad: &mut Sketch, foot: Vec3, along: Vec3, length: f32, droop: 
     }
 }
 
-/// Where the wind would carry the points of a tree: displacements for a gust along x, one along z,
-/// and two of the leaves' own flutter, which together make every phase of it.
+/// Morph targets of a tree in the wind: displacements for a gust along x, one along z, and two of
+/// the flutter of leaves, whose combinations give every phase of it.
 pub(crate) fn sway(positions: &[Vec3]) -> [Vec<[f32; 3]>; 4] {
     let height = positions.iter().map(|point| point.y).fold(1.0, f32::max);
     let bend = |point: &Vec3| height * 0.07 * (point.y.max(0.0) / height).powf(1.8);

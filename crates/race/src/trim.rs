@@ -1,5 +1,4 @@
-//! What is bolted to a car's shell: wing, splitter, skirts, mirrors, diffuser, exhausts, wheel
-//! wells.
+//! Parts on a car's shell: wing, splitter, skirts, mirrors, diffuser, exhausts, wheel wells.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -30,7 +29,7 @@ pub(crate) fn add(pad: &mut Sketch, accent: [f32; 3], palette: &Palette) {
     }
 }
 
-/// The profile of the wing: chord along z, about a metre of it would be one.
+/// The profile of the wing for a chord of one metre along z.
 fn airfoil(around: f32) -> Vec2 {
     let along = 0.5 + 0.5 * (around * TAU).cos();
     let thickness = 0.5

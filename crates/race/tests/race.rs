@@ -1,4 +1,4 @@
-//! What the race promises to those who render it and measure with it.
+//! The promises of the race to renderers and benchmarks.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use kinetree_world::{Frame, World};
 
 const SEED: u64 = 1;
 
-/// A number that changes with any coordinate of anything in the frame (FNV-1a).
+/// A hash of every coordinate of everything in the frame (FNV-1a).
 fn fingerprint(frame: &Frame) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut eat = |bits: u32| hash = (hash ^ u64::from(bits)).wrapping_mul(0x0100_0000_01b3);
@@ -120,7 +120,7 @@ fn every_frame_commits_and_every_tree_is_sound() {
         assert!(view.report().left_out.is_empty(), "at {seconds}");
         let mut last = None;
         for instance in view.instances() {
-            // What never moves is looked at once.
+            // Trees of static meshes are checked once.
             let again = step > 0 && matches!(instance.motion(), Motion::Static | Motion::Rigid);
             if !again && last != Some(instance.mesh_id()) {
                 last = Some(instance.mesh_id());
