@@ -59,10 +59,7 @@ pub(crate) fn check(
         let wanted = case.expected(set.kind, plan.quick, soup.len());
         if wanted.is_some_and(|wanted| wanted.abs_diff(hits) > leeway(set.kind, set.rays.len())) {
             checked.kinetree_is_wrong = true;
-            log.print(&format!(
-                "  {}: {hits} rays hit something, the case says otherwise: {wanted:?}",
-                set.kind.name()
-            ));
+            log.print(&format!("  {}: {hits} rays hit something, the case expects {wanted:?}", set.kind.name()));
         }
     }
     if plan.first {
@@ -130,7 +127,7 @@ fn compare_engines(
     if settled + unsettled > 0 {
         let (all, at_edges) = (reference.all, reference.at_edges);
         log.print(&format!(
-            "  disputed: {settled} rays settled by exact search, {unsettled} believed of the reference for want of time; it was wrong about {all}, {at_edges} of them at edges"
+            "  disputed rays: {settled} decided by exact search, {unsettled} in favour of the reference for lack of time; it was wrong about {all}, {at_edges} of them at edges"
         ));
     }
     checked.kinetree_is_wrong |= reference.elsewhere() > 0;

@@ -14,18 +14,20 @@ const CLASSES: [(Class, &str, &str, &str); 2] =
     [(Class::Fast, "kinetree fast", "embree medium", "Fast"), (Class::Best, "kinetree best", "embree high", "Best")];
 
 const HEAD: &str = "
-== goals: how many times faster ours is than the best of the others, scene by scene, and the geometric mean
+== goals: how many times faster kinetree is than the best of the others, scene by scene, and the geometric mean
 
-Fast: our Fast trees against Embree MEDIUM, tinybvh's plain build and their like. Best: our Best trees against Embree HIGH, tinybvh HQ and their like.
-In brackets: the ratio is larger than the first with a chance of 95 %, and smaller than the second with the same. Rounds are paired; the bounds are
-Student's for the mean of logarithms: of the means of processes when there are several, else of rounds; [-] when it was measured once. The first must
-reach the bar.
+Fast: kinetree's Fast trees against Embree MEDIUM, tinybvh's plain build and the like. Best: kinetree's Best trees against Embree HIGH, tinybvh HQ and
+the like. In brackets: the ratio exceeds the first number with a probability of 95 %, and lies below the second with the same. Rounds are paired; the
+bounds are Student's for the mean of logarithms: of the means of processes if there are several, else of rounds; [-] after a single measurement. The
+first number must reach the target.
 
 ";
 
 /// A text with all goals, and the level at which they were measured.
 pub(crate) fn goals(record: &Record, level: &str, second_cache: usize) -> String {
-    let mut text = format!("{HEAD}Level {level}; engines without a switch are as they were built.\n\n");
+    let mut text = format!(
+        "{HEAD}Level {level}; engines that cannot be forced to a level use the instructions of their own build.\n\n"
+    );
     let mut all = Vec::new();
     for class in CLASSES {
         rays(record, class, &mut all);
