@@ -140,23 +140,26 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Builds the tree of the rest pose now, as bytes for [`Mesh::with_tree`]: for what is built once and used by many runs of a program.
+    /// Builds the tree of the rest pose, and returns it as bytes for [`Mesh::with_tree`], so that it
+    /// is built once for many runs of a program. [`TreeFile`](crate::TreeFile) keeps the trees of
+    /// many meshes in one file.
     ///
     /// The quality is that of the options, whatever [`Mesh::with_quality`] says.
     pub fn bake(&self, options: &BuildOptions) -> Vec<u8> {
-        self.bake_with_progress(options, &BuildProgress::new()).expect("nobody else can cancel this one")
+        self.bake_with_progress(options, &BuildProgress::new()).expect("a build that no other thread can cancel")
     }
 
-    /// The same, for whoever wants to know how far it is, or may call it off.
+    /// As [`Mesh::bake`]; other threads may read the progress, and cancel the build.
     ///
     /// # Errors
-    /// The watch called it off.
+    /// The build was cancelled.
     pub fn bake_with_progress(&self, options: &BuildOptions, progress: &BuildProgress) -> Result<Vec<u8>, Cancelled> {
         let rest = self.at_rest();
         Ok(build::build_with_progress(&rest, options, progress)?.to_bytes(&rest))
     }
 
-    /// What a baked tree is bound to: tells these positions and triangles from others, normals and skin left aside. See [`Triangles::fingerprint`].
+    /// A hash of positions and triangles, without normals and skin, which binds a baked tree to its
+    /// mesh. See [`Triangles::fingerprint`].
     pub fn fingerprint(&self) -> u64 {
         fingerprint(&self.data.positions, &self.data.triangles)
     }
