@@ -3,98 +3,24 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use kinetree::{Affine, Mesh, Motion};
-use kinetree_world::{Camera, Light, MaterialSet, Surface};
+use kinetree::{Mesh, Motion};
+use kinetree_world::{Camera, Light, MaterialSet};
 
-use crate::channels::{Animations, PerClip};
-use crate::clip::Clips;
+use crate::channels::PerClip;
+use crate::contents::{Contents, InstanceSource, MeshSource};
 use crate::deformation::{Deformation, Skins, deformations};
-use crate::document::Document;
 use crate::error::{Item, Problem};
-use crate::json::{Index, Node};
+use crate::file_mesh::{FileMesh, read_meshes};
+use crate::input::Input;
+use crate::json::Index;
 use crate::keys::Keys;
 use crate::material::Materials;
-use crate::mesh::{Geometry, Meshes};
-use crate::nodes::Hierarchy;
+use crate::mesh::Meshes;
 use crate::notes::Notes;
 use crate::rig::{AnimatedNode, DeformedMesh, Rig, Skinned};
 use crate::skeleton::{Skeleton, SkeletonPose};
 use crate::transform::Local;
 use crate::{cameras, instancing, lights};
-
-/// What has been read so far, and the way to the meshes.
-pub(crate) struct Input<'a> {
-    pub(crate) document: &'a Document,
-    pub(crate) hierarchy: &'a Hierarchy,
-    pub(crate) clips: Clips,
-    pub(crate) animations: Animations,
-    pub(crate) meshes: Meshes<'a>,
-    /// The motion of meshes that no animation moves.
-    pub(crate) unanimated: Motion,
-}
-
-impl<'a> Input<'a> {
-    /// The nodes of the scene, parents first.
-    pub(crate) fn nodes(&self) -> impl Iterator<Item = (usize, &'a Node)> + use<'a> {
-        let (document, hierarchy) = (self.document, self.hierarchy);
-        let shown = hierarchy.parents_first().filter(|&index| hierarchy.in_scene[index]);
-        shown.map(|index| (index, &document.root.nodes[index]))
-    }
-}
-
-/// What a file inserts into a scene, in the order in which it is inserted. Nodes are those of the
-/// file, by index.
-pub(crate) struct Contents {
-    pub(crate) meshes: Vec<MeshSource>,
-    pub(crate) instances: Vec<InstanceSource>,
-    /// By node, in the space of the node.
-    pub(crate) lights: Vec<(usize, Light)>,
-    /// By node: the name, and the camera in the space of the node.
-    pub(crate) cameras: Vec<(usize, String, Camera)>,
-    /// For every node whether it has more than a mesh that stands still: the transform of any other
-    /// node can be that of its instance.
-    pub(crate) is_needed: Vec<bool>,
-    pub(crate) rig: Arc<Rig>,
-    pub(crate) material_set: Arc<MaterialSet>,
-}
-
-/// A mesh to be inserted.
-pub(crate) struct MeshSource {
-    pub(crate) mesh: Mesh,
-    pub(crate) motion: Motion,
-    /// In the file. Several may be made of one mesh of the file.
-    pub(crate) index: usize,
-    pub(crate) name: Option<Arc<str>>,
-    /// Index into [`MaterialSet::surfaces`].
-    pub(crate) surface: u32,
-    pub(crate) is_opaque: bool,
-    /// Whether it stands where its joints are, and not at its node.
-    pub(crate) is_skinned: bool,
-}
-
-/// An instance to be inserted.
-pub(crate) struct InstanceSource {
-    pub(crate) node: u32,
-    /// Among the meshes of the contents.
-    pub(crate) mesh: u32,
-    /// `None` for the identity, as in nearly all files.
-    pub(crate) node_from_instance: Option<Box<Affine>>,
-}
-
-const _: () = assert!(size_of::<InstanceSource>() == 16, "an instance takes more memory than its text can justify");
-
-/// A mesh of the file that is shown.
-pub(crate) struct FileMesh {
-    pub(crate) geometry: Geometry,
-    name: Option<Arc<str>>,
-    /// Index into [`MaterialSet::surfaces`].
-    surface: u32,
-    is_opaque: bool,
-    /// The one without skin and morph targets, which all nodes that do not deform it share.
-    undeformed: Option<u32>,
-    /// By whether it can be skinned and morphed: what clones are taken of.
-    models: HashMap<(bool, bool), Mesh>,
-}
 
 /// A deformation that depends on the animation only through its skin: nodes with the same one share
 /// a mesh.
@@ -160,41 +86,6 @@ pub(crate) fn assemble(input: Input<'_>, mut materials: Materials<'_>, notes: &m
     let (materials, textures) = materials.into_parts();
     let material_set = Arc::new(MaterialSet { materials, textures, surfaces });
     Ok(Contents { meshes, instances, lights, cameras, is_needed, rig, material_set })
-}
-
-/// Reads every mesh that is shown, in the order of the file, and its surface.
-fn read_meshes(
-    input: &Input<'_>,
-    materials: &mut Materials<'_>,
-    notes: &mut Notes,
-) -> Result<(Vec<Option<FileMesh>>, Vec<Surface>), Problem> {
-    let document = input.document;
-    let mut is_shown = vec![false; document.root.meshes.len()];
-    for (index, node) in input.nodes() {
-        if let Some(mesh) = node.mesh {
-            document.get(mesh, "mesh", &document.node_item(index))?;
-            is_shown[mesh.value()] = true;
-        }
-    }
-    let (mut meshes, mut surfaces) = (Vec::new(), Vec::new());
-    for (index, is_shown) in is_shown.into_iter().enumerate() {
-        let geometry = if is_shown { input.meshes.read(index, materials, notes)? } else { None };
-        meshes.push(geometry.map(|mut geometry| {
-            let surface = std::mem::take(&mut geometry.surface);
-            let is_opaque = !has_holes(&surface, materials);
-            surfaces.push(surface);
-            let surface = surfaces.len() as u32 - 1;
-            let name = document.root.meshes[index].name.as_deref().map(Arc::from);
-            FileMesh { geometry, name, surface, is_opaque, undeformed: None, models: HashMap::new() }
-        }));
-    }
-    Ok((meshes, surfaces))
-}
-
-/// Whether a ray can pass through a triangle because of its alpha: only then are filters needed.
-fn has_holes(surface: &Surface, materials: &Materials<'_>) -> bool {
-    let vertex_alpha = surface.colors.iter().fold(1.0_f32, |least, color| least.min(color[3]));
-    surface.parts.iter().any(|part| materials.has_holes(part.material, vertex_alpha))
 }
 
 /// A mesh that is placed by any animated node is rigid, by mesh of the file.

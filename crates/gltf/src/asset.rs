@@ -3,21 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use kinetree::{NodeId, Scene};
 use kinetree_world::MaterialSet;
 
 use crate::accessor::Accessors;
-use crate::assemble::{Contents, Input, assemble};
+use crate::assemble::assemble;
 use crate::budget::Budget;
 use crate::channels::Animations;
-use crate::clip::{ClipInfo, Clips, Playing};
+use crate::clip::{ClipInfo, Clips};
 use crate::container::Container;
+use crate::contents::Contents;
 use crate::document::Document;
 use crate::error::{LoadError, Problem};
 use crate::image::Textures;
-use crate::insert::{NodeSelection, insert};
+use crate::input::Input;
 use crate::json::{self, List};
-use crate::loaded::Loaded;
 use crate::material::Materials;
 use crate::mesh::Meshes;
 use crate::nodes::Hierarchy;
@@ -79,17 +78,6 @@ impl Asset {
             notes: notes.into_lines().into(),
             files: container.files_read(),
         })
-    }
-
-    /// Inserts the contents of the file below a node of a scene, at rest, with all nodes of the
-    /// file. What it adds has no user ids and masks of its own: those of `parent` hold for it.
-    ///
-    /// # Errors
-    /// A parent that is stale or of another scene; what the library refuses, such as joints whose
-    /// transforms overflow. The scene is as it was before.
-    pub fn load_into(&self, scene: &mut Scene, parent: NodeId) -> Result<Loaded, LoadError> {
-        let inserted = insert(self, scene, parent, NodeSelection::All, Playing::Nothing);
-        inserted.map_err(|problem| self.error(problem))
     }
 
     /// What was ignored or repaired, one line each; a long list ends with how many lines were left

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::assemble::{FileMesh, Input};
 use crate::error::Problem;
+use crate::file_mesh::FileMesh;
+use crate::input::Input;
 use crate::json::{Index, Node};
 use crate::notes::Notes;
 use crate::skeleton::Skeleton;

@@ -8,8 +8,8 @@ use kinetree_world::{CameraSource, LightSource, MaterialBindings};
 
 use crate::asset::Asset;
 use crate::clip::Playing;
-use crate::error::{Item, Problem};
-use crate::loaded::{Loaded, LoadedInstance, LoadedMesh, LoadedNode, LoadedSkin};
+use crate::error::{Item, LoadError, Problem};
+use crate::loaded::{Inserted, Loaded, LoadedInstance, LoadedMesh, LoadedNode, LoadedSkin};
 use crate::player::Player;
 use crate::transform::Local;
 
@@ -22,30 +22,16 @@ pub(crate) enum NodeSelection {
     Needed,
 }
 
-/// What has been added to a scene, in the order in which it was added.
-pub(crate) struct Inserted {
-    /// The parent of the root nodes of the file.
-    pub(crate) root: NodeId,
-    pub(crate) nodes: Vec<LoadedNode>,
-    pub(crate) meshes: Vec<LoadedMesh>,
-    pub(crate) instances: Vec<LoadedInstance>,
-}
-
-impl Inserted {
-    /// Takes everything out again, last things first, so that the scene gives out its slots in the
-    /// same order as before. What the caller has removed already is passed over, and so are meshes
-    /// of which the caller has instances elsewhere.
-    pub(crate) fn remove(&self, scene: &mut Scene) {
-        for instance in self.instances.iter().rev() {
-            let _ = scene.remove_instance(instance.id);
-        }
-        for node in self.nodes.iter().rev() {
-            let _ = scene.remove_node(node.id);
-        }
-        let _ = scene.remove_node(self.root);
-        for mesh in self.meshes.iter().rev() {
-            let _ = scene.remove_mesh(mesh.id);
-        }
+impl Asset {
+    /// Inserts the contents of the file below a node of a scene, at rest, with all nodes of the
+    /// file. What it adds has no user ids and masks of its own: those of `parent` hold for it.
+    ///
+    /// # Errors
+    /// A parent that is stale or of another scene; what the library refuses, such as joints whose
+    /// transforms overflow. The scene is as it was before.
+    pub fn load_into(&self, scene: &mut Scene, parent: NodeId) -> Result<Loaded, LoadError> {
+        let inserted = insert(self, scene, parent, NodeSelection::All, Playing::Nothing);
+        inserted.map_err(|problem| self.error(problem))
     }
 }
 

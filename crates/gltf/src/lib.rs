@@ -75,11 +75,11 @@
 //!
 //! `source`, `container` and `uri` find bytes; `json`, `document` and `accessor` parse them;
 //! `extensions` says what is not supported. `triangles`, `normals`, `influences`, `vertices`,
-//! `mesh`, `pixels`, `image`, `material`, `nodes`, `transform`, `instancing`, `skeleton`, `skin`,
-//! `keys`, `clip`, `channels`, `lights` and `cameras` read one kind of thing each. `deformation`
-//! and `assemble` decide what is inserted, which an `asset` holds, with a `rig` for what moves;
-//! `insert` adds it to a scene, `loaded` lists what was added, and `player` moves it. `world` makes
-//! a world.
+//! `geometry`, `merge`, `mesh`, `pixels`, `image`, `material`, `nodes`, `transform`, `instancing`,
+//! `skeleton`, `skin`, `keys`, `clip`, `channels`, `lights` and `cameras` read one kind of thing
+//! each. From this `input`, `file_mesh`, `deformation` and `assemble` make the `contents` of an
+//! `asset`, and a `rig` for what moves. `insert` adds them to a scene, `loaded` lists what was
+//! added, and `player` moves it. `world` makes a world of an asset.
 //!
 //! [`Motion::Deforming`]: kinetree::Motion::Deforming
 //! [`Motion::Rigid`]: kinetree::Motion::Rigid
@@ -93,12 +93,16 @@ mod cameras;
 mod channels;
 mod clip;
 mod container;
+mod contents;
 mod deformation;
 mod document;
 mod error;
 mod extensions;
+mod file_mesh;
+mod geometry;
 mod image;
 mod influences;
+mod input;
 mod insert;
 mod instancing;
 mod json;
@@ -106,6 +110,7 @@ mod keys;
 mod lights;
 mod loaded;
 mod material;
+mod merge;
 mod mesh;
 mod nodes;
 mod normals;

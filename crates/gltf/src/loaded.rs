@@ -7,7 +7,6 @@ use kinetree::{EditError, InstanceId, MeshId, NodeId, Scene};
 use kinetree_world::{CameraSource, LightSource, Material, MaterialBindings, MaterialSet, Surface};
 
 use crate::clip::ClipInfo;
-use crate::insert::Inserted;
 use crate::player::Player;
 
 /// One copy of a file in a scene.
@@ -72,6 +71,33 @@ pub struct LoadedSkin {
     pub name: Option<Arc<str>>,
     /// The joints in the order of the file; `None` for a node of the file that is not in the scene.
     pub joints: Vec<Option<NodeId>>,
+}
+
+/// What has been added to a scene, in the order in which it was added.
+pub(crate) struct Inserted {
+    /// The parent of the root nodes of the file.
+    pub(crate) root: NodeId,
+    pub(crate) nodes: Vec<LoadedNode>,
+    pub(crate) meshes: Vec<LoadedMesh>,
+    pub(crate) instances: Vec<LoadedInstance>,
+}
+
+impl Inserted {
+    /// Takes everything out again, last things first, so that the scene gives out its slots in the
+    /// same order as before. What the caller has removed already is passed over, and so are meshes
+    /// of which the caller has instances elsewhere.
+    pub(crate) fn remove(&self, scene: &mut Scene) {
+        for instance in self.instances.iter().rev() {
+            let _ = scene.remove_instance(instance.id);
+        }
+        for node in self.nodes.iter().rev() {
+            let _ = scene.remove_node(node.id);
+        }
+        let _ = scene.remove_node(self.root);
+        for mesh in self.meshes.iter().rev() {
+            let _ = scene.remove_mesh(mesh.id);
+        }
+    }
 }
 
 impl Loaded {
