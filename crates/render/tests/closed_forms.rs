@@ -1,4 +1,4 @@
-//! Pictures of which the brightness can be computed by hand.
+//! Pictures whose radiance is known in closed form.
 
 mod common;
 
@@ -15,7 +15,7 @@ fn floor() -> Model {
     Model::default().with(&Shape::square(), Material::diffuse([0.8, 0.5, 0.2]), Affine::from_scale([100.0; 3]))
 }
 
-/// Looks at the floor's middle from the side.
+/// The radiance of the centre of the floor, seen from the side.
 fn on_the_floor(model: Model, kind: IntegratorKind, spp: u32) -> common::Estimate {
     glimpse(&model.frame(), [1.0, 0.5, 0.3], [0.0; 3], kind, spp, 0)
 }
@@ -26,7 +26,7 @@ fn a_small_area_light_gives_the_irradiance_of_its_view_factor() {
     let truth = 0.8 * radiance * 4.0 * corner_factor(0.5 * width / height, 0.5 * depth / height);
     let lamp = Material { two_sided: false, ..Material::emissive([50.0, 40.0, 30.0]) };
     let (x, z, y) = (width as f32, depth as f32, height as f32);
-    // The same lamp in four ways: turned over, mirrored, and scaled unevenly.
+    // The same area light in four ways: as it is, turned over, mirrored, and scaled unevenly.
     let ways = [
         ("turned over", Shape::square(), placed([x, 1.0, z], [1.0, 0.0, 0.0], std::f32::consts::PI, [0.0, y, 0.0])),
         ("facing down", Shape::square().inverted(), placed([x, 9.0, z], [0.0, 1.0, 0.0], 0.0, [0.0, y, 0.0])),
@@ -37,17 +37,17 @@ fn a_small_area_light_gives_the_irradiance_of_its_view_factor() {
         let model = || floor().with(&shape, lamp.clone(), placement);
         on_the_floor(model(), IntegratorKind::Path, 256).assert_is(truth, 0.01, name);
         on_the_floor(model(), IntegratorKind::Simple, 4096).assert_is(truth, 0.05, name);
-        // Nothing shines upwards.
+        // No light is emitted upwards.
         let above = glimpse(&model().frame(), [0.01, 2.0, 0.0], [0.0, 0.7, 0.0], IntegratorKind::Path, 16, 0);
         assert!(above.mean.abs() < 1e-9, "{name}: {above:?}");
     }
 }
 
 #[test]
-fn lamps_under_uneven_scale_are_weighed_by_their_area_in_the_world() {
-    // One lamp is stretched a hundredfold along x and is far larger in the world than in its own
-    // space; the other is small. Weighed wrongly, the mean would be right but the noise would not:
-    // both lamps face the floor from the same height, so choosing by power makes the estimate
+fn area_lights_under_uneven_scale_are_weighed_by_their_area_in_the_world() {
+    // One lamp is stretched a hundredfold along x and is far larger in the world than in object
+    // space; the other is small. With wrong powers the mean would be right but the noise would not:
+    // both lamps face the floor from the same height, so drawing them by power makes the estimate
     // nearly constant.
     let lamp = || Material::emissive([1.0; 3]);
     let (height, sizes) = (20.0, [[4.0, 0.2, 0.04], [0.04, 5.0, 4.0]]);
@@ -61,7 +61,7 @@ fn lamps_under_uneven_scale_are_weighed_by_their_area_in_the_world() {
     }
     let estimate = on_the_floor(model, IntegratorKind::Path, 16);
     estimate.assert_is(truth, 0.01, "two lamps");
-    // 64 pixels of 16 samples: a thousandth of the mean is what the geometry alone leaves.
+    // 64 pixels of 16 samples: the geometry term alone leaves a thousandth of the mean.
     assert!(estimate.error < 1e-3 * truth, "{estimate:?}");
 }
 
@@ -124,7 +124,7 @@ fn several_lights_add_up() {
     }
 }
 
-/// Reflected fraction of a boundary, by the textbook: amplitudes from the two angles.
+/// Fresnel's reflectances of a boundary by the textbook formulas: amplitudes from the two angles.
 fn fresnel(angle: f64, ior: f64) -> (f64, f64) {
     let beyond = (angle.sin() / ior).asin();
     let across = ((angle - beyond).sin() / (angle + beyond).sin()).powi(2);
@@ -133,8 +133,8 @@ fn fresnel(angle: f64, ior: f64) -> (f64, f64) {
 }
 
 #[test]
-fn what_glass_reflects_and_lets_through_follows_fresnel() {
-    // Above the boundary everything has radiance one; below, one minus the sine of the depth angle.
+fn reflection_and_transmission_of_glass_follow_fresnel() {
+    // Above the boundary all radiance is one; below, one minus the sine of the depth angle.
     let sky = Sky::Gradient { zenith: [1.0; 3], horizon: [1.0; 3], ground: [0.0; 3] };
     let seen = |scatter, angle: f64, kind| {
         let material = Material { scatter, ..Material::diffuse([1.0; 3]) };
@@ -159,8 +159,8 @@ fn what_glass_reflects_and_lets_through_follows_fresnel() {
 }
 
 #[test]
-fn a_pane_lets_the_light_of_all_lights_through_by_the_fraction_it_does_not_reflect() {
-    let pane = |model: Model| {
+fn thin_glass_transmits_all_lights_by_one_minus_its_reflectance() {
+    let thin_glass = |model: Model| {
         let material = Material { scatter: Scatter::ThinDielectric { ior: 1.5 }, ..Material::diffuse([0.5, 0.9, 1.0]) };
         model.with(&Shape::square(), material, Affine::from_translation([0.0, 0.3, 0.0]) * Affine::from_scale([0.8; 3]))
     };
@@ -169,17 +169,17 @@ fn a_pane_lets_the_light_of_all_lights_through_by_the_fraction_it_does_not_refle
     for kind in BOTH {
         // At an angle whose cosine is 0.8.
         let sun = Light::Sun { direction: [0.6, -0.8, 0.0], irradiance: [3.0; 3], angle: 0.0 };
-        let frame = pane(floor()).lit_by(sun).frame();
+        let frame = thin_glass(floor()).lit_by(sun).frame();
         let under = glimpse(&frame, [0.3, 0.1, 0.0], [0.0; 3], kind, 4, 0);
-        // What the pane throws back to the floor is light that the sun has sent there before, seen
-        // in a mirror: it is there in the picture, but small; the floor around the pane is lit
-        // fully and its mirror image in the pane is too.
+        // The light that the glass reflects back to the floor is seen in a mirror image of the
+        // floor; it is small, since the floor around the glass is lit fully, and so is its mirror
+        // image.
         let direct = 0.8 / PI * 3.0 * 0.8 * passed;
         assert!(under.mean > direct * 0.999 && under.mean < direct * 1.25, "{kind}: {under:?} for {direct}");
     }
-    // A lamp seen through the pane: both ways of finding it must know of the pane.
+    // An area light seen through the glass: both sampling techniques have to account for the glass.
     let lamp = Affine::from_translation([0.0, 0.6, 0.0]) * Affine::from_scale([0.2; 3]);
-    let model = || pane(floor()).with(&Shape::square(), Material::emissive([20.0; 3]), lamp);
+    let model = || thin_glass(floor()).with(&Shape::square(), Material::emissive([20.0; 3]), lamp);
     let simple = glimpse(&model().frame(), [0.3, 0.1, 0.0], [0.0; 3], IntegratorKind::Simple, 8192, 0);
     let path = glimpse(&model().frame(), [0.3, 0.1, 0.0], [0.0; 3], IntegratorKind::Path, 256, 0);
     let error = (simple.error.powi(2) + path.error.powi(2)).sqrt();

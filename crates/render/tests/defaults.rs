@@ -1,4 +1,4 @@
-//! Cameras and light for worlds that bring none.
+//! The default camera, lighting and exposure.
 
 mod common;
 
@@ -13,7 +13,7 @@ fn grey() -> Material {
     Material::diffuse([0.5; 3])
 }
 
-/// The fraction of the picture that shows something within a distance of a point.
+/// The fraction of the picture that shows surfaces within a distance of a point.
 fn shows(frame: &Frame, camera: &Camera, center: [f32; 3], distance: f32) -> f32 {
     let placement = camera.world_from_camera;
     let half = (0.5 * camera.fov_y).tan();
@@ -85,7 +85,7 @@ fn a_single_body_is_seen_from_outside_and_fills_the_picture_well() {
     }
 }
 
-/// Where a point is seen, from -1 to 1 to the right and up, and how far away.
+/// Projects a point: from -1 to 1 to the right and up, and its distance.
 fn seen_at(camera: &Camera, aspect: f32, point: [f32; 3]) -> [f32; 3] {
     let placement = camera.world_from_camera;
     let along = |axis: [f32; 3]| (0..3).map(|i| axis[i] * (point[i] - camera.position()[i])).sum::<f32>();
@@ -143,7 +143,7 @@ fn where_all_moves_all_of_it_is_in_the_picture() {
     }
 }
 
-/// A body of which little surface is far out: ears, hands, a tail.
+/// An object with little surface in its outer parts: ears, hands, a tail.
 fn figure() -> Shape {
     let mut shape = Shape::sphere(16);
     for (tip, side) in [([0.5, 2.2, 0.0], [0.1, 0.0, 0.0]), ([-2.6, 0.1, 0.2], [0.0, 0.1, 0.0])] {
@@ -255,7 +255,7 @@ fn exposure_in_daylight(model: Model, camera: &Camera) -> f32 {
 #[test]
 fn the_background_does_not_count_for_the_exposure() {
     let ball = || Model::default().with(&Shape::sphere(16), grey(), Affine::IDENTITY);
-    // The same side of the same ball, large in the picture and small before the sky.
+    // The same side of the same ball, large in the picture and small in front of the sky.
     let [near, far] =
         [0.55, 1.6].map(|fov| exposure_in_daylight(ball(), &Camera::look_at([3.0, 1.0, 3.0], [0.0; 3], fov)));
     assert!((near / far - 1.0).abs() < 0.15, "{near} {far}");
@@ -276,7 +276,7 @@ fn in_daylight_black_stays_dark_and_white_bright() {
     };
     let (coal, card, snow) = (exposure(0.02), exposure(0.18), exposure(0.95));
     assert!(coal <= 1.6 * card && snow >= 0.45 * card, "{coal} {card} {snow}");
-    // Coal stays below a quarter of the card's brightness in the picture, snow above twice.
+    // Coal is below a quarter of the grey card's brightness in the picture, snow above twice.
     assert!(coal * 0.02 < 0.25 * card * 0.18 && snow * 0.95 > 2.0 * card * 0.18, "{coal} {card} {snow}");
 }
 

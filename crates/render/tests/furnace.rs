@@ -1,4 +1,4 @@
-//! Worlds in which every picture is known: furnaces.
+//! Furnace tests: scenes in which every picture is known.
 
 mod common;
 
@@ -30,8 +30,8 @@ fn a_white_convex_body_is_invisible_under_an_even_sky() {
         for kind in [IntegratorKind::Simple, IntegratorKind::Path] {
             let camera = Camera::look_at([4.0, 3.0, 5.0], [0.0; 3], 0.7);
             let film = picture(&frame, &camera, &settings(kind, 24, 16)).film;
-            // Both ways of finding an even sky have the density of the cosine: there is no noise,
-            // only rounding.
+            // Both sampling techniques find an even sky with the pdf of the cosine: there is no
+            // noise, only rounding.
             assert!(film.pixels().iter().all(|pixel| (pixel[0] - 1.0).abs() < 1e-3), "{kind}");
         }
     }
@@ -44,15 +44,15 @@ fn a_clear_glass_body_is_invisible_under_an_even_sky() {
     for kind in [IntegratorKind::Simple, IntegratorKind::Path] {
         let camera = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], 0.6);
         let film = picture(&frame, &camera, &settings(kind, 16, 64)).film;
-        // Paths that are caught inside by total reflection between facets end after 64 bounces;
+        // Paths caught inside by total internal reflection between facets end after 64 bounces;
         // there are next to none.
         assert!(film.pixels().iter().all(|pixel| (pixel[0] - 1.0).abs() < 0.02), "{kind}");
         assert!((film.mean()[0] - 1.0).abs() < 2e-3, "{kind}: {:?}", film.mean());
     }
 }
 
-/// A grey convex body under a white sky shows exactly its reflectance; every ray that hit the
-/// surface it left would show it twice.
+/// A grey convex object under a white sky has exactly its reflectance as radiance; every ray that
+/// hit the surface it left would count it twice.
 #[test]
 fn no_ray_hits_the_surface_it_left() {
     let far = [1234.5, -567.8, 910.1];
@@ -83,8 +83,8 @@ fn no_ray_hits_the_surface_it_left() {
 
 #[test]
 fn smooth_normals_neither_add_light_nor_leak_it() {
-    // A coarse sphere with smooth normals may lose a little at facets that are seen from the side,
-    // and gain nothing.
+    // A coarse sphere with smooth normals may lose a little at facets that are seen at grazing
+    // angles, and gain nothing.
     let white = Material::diffuse([1.0; 3]);
     let frame = Model::under(1.0).with(&Shape::sphere(8).smooth(), white.clone(), Affine::IDENTITY).frame();
     for kind in [IntegratorKind::Simple, IntegratorKind::Path] {

@@ -1,4 +1,4 @@
-//! Pictures that were wrong once, each named by the promise that it broke.
+//! Pictures that were wrong once, each named by the property that was violated.
 
 mod common;
 
@@ -11,19 +11,18 @@ use kinetree_world::{Camera, Light, Material, Scatter, Sky};
 
 const BOTH: [IntegratorKind; 2] = [IntegratorKind::Simple, IntegratorKind::Path];
 
-/// A square of a size at a place, facing up, of reflectance one half, too small to light what
-/// lights it.
+/// A square at a position, facing up, with reflectance one half, too small to light what lights it.
 fn patch(model: Model, size: f32, position: [f32; 3]) -> Model {
     let placement = placed([size; 3], [0.0, 1.0, 0.0], 0.0, position);
     model.with(&Shape::square(), Material::diffuse([0.5; 3]), placement)
 }
 
-fn pane() -> Material {
+fn thin_glass() -> Material {
     Material { scatter: Scatter::ThinDielectric { ior: 1.5 }, ..Material::diffuse([1.0; 3]) }
 }
 
-/// The fraction that a pane of glass lets through, by the cosine of the angle of incidence: the
-/// textbook's amplitudes, summed over all reflections inside.
+/// The transmittance of a sheet of glass by the cosine of the angle of incidence: the textbook's
+/// amplitudes, summed over all internal reflections.
 fn passed(cosine: f64) -> f64 {
     let beyond = (1.0 - (1.0 - cosine * cosine) / 2.25).sqrt();
     let reflected =
@@ -34,8 +33,8 @@ fn passed(cosine: f64) -> f64 {
 
 #[test]
 fn all_the_light_of_a_lamp_arrives_from_any_distance() {
-    // The lamp has small coordinates, or a placement of its own, and is seen straight or from the
-    // side.
+    // The area light has small object-space coordinates or a placement, and is seen straight or at
+    // a grazing angle.
     let lamp = || Material::emissive([50.0; 3]);
     for distance in [0.03_f32, 0.3, 1.0, 3.0, 10.0, 300.0] {
         let side = 0.3 * distance;
@@ -53,8 +52,8 @@ fn all_the_light_of_a_lamp_arrives_from_any_distance() {
 
 #[test]
 fn a_lamp_seen_from_the_side_does_not_shade_itself() {
-    // A wall of light from the floor up, beside a place: half of the form factor of a perpendicular
-    // rectangle.
+    // An emissive wall that stands on the floor beside a point: half of the form factor of a
+    // perpendicular rectangle.
     for turn in [0.0_f32, 0.3] {
         for distance in [0.01_f32, 1.0, 100.0] {
             let frame = |kind_of_wall: Material| {
@@ -89,14 +88,15 @@ fn a_point_light_in_a_surface_is_not_shaded_by_it() {
 }
 
 #[test]
-fn lamps_shine_through_panes_of_any_size() {
+fn lamps_shine_through_thin_glass_of_any_size() {
     for size in [1.0_f32, 1e3, 1e6] {
         let lamp = placed([0.2, 1.0, 0.2], [0.0, 1.0, 0.0], 0.3, [0.0, 2.0, 0.0]);
         let glass = placed([size, 1.0, size], [0.0, 1.0, 0.0], 0.1, [0.0, 1.0, 0.0]);
         let model = patch(Model::default(), 0.02, [0.0; 3])
             .with(&Shape::square(), Material::emissive([50.0; 3]), lamp)
-            .with(&Shape::square(), pane(), glass);
-        // Seen within a twentieth, the pane lets through what it does at right angles.
+            .with(&Shape::square(), thin_glass(), glass);
+        // The glass covers a small solid angle, so that its transmittance is that at normal
+        // incidence.
         let truth = 0.5 * 50.0 * 4.0 * corner_factor(0.05, 0.05) * passed(1.0);
         let seen = glimpse(&model.frame(), [0.1, 0.3, 0.0], [0.0; 3], IntegratorKind::Path, 64, 0);
         seen.assert_is(truth, 0.01, &format!("{size} m"));
@@ -104,18 +104,22 @@ fn lamps_shine_through_panes_of_any_size() {
 }
 
 #[test]
-fn a_roof_of_panes_takes_from_sky_and_lamps_what_it_reflects() {
-    // The integral over the hemisphere, by the midpoint rule.
+fn a_roof_of_thin_glass_takes_from_sky_and_lamps_what_it_reflects() {
+    // The integral over the hemisphere by the midpoint rule.
     let steps = 100_000;
     let part: f64 = (0..steps).map(|i| (f64::from(i) + 0.5) / f64::from(steps)).map(|c| 2.0 * c * passed(c)).sum();
     let part = part / f64::from(steps);
     let roofs = |count: i32| {
-        // What panes reflect of the light from above comes from black ground.
+        // What the glass reflects of the light from above comes from black ground.
         let ground = placed([1e5; 3], [0.0, 1.0, 0.0], 0.0, [0.0, -0.01, 0.0]);
         let ground = Model::default().with(&Shape::square(), Material::diffuse([0.0; 3]), ground);
         (0..count).fold(patch(ground, 0.02, [0.0; 3]), |model, i| {
             let height = 1.0 + 0.5 * i as f32;
-            model.with(&Shape::square(), pane(), placed([4e4, 1.0, 4e4], [0.0, 1.0, 0.0], 0.1, [0.0, height, 0.0]))
+            model.with(
+                &Shape::square(),
+                thin_glass(),
+                placed([4e4, 1.0, 4e4], [0.0, 1.0, 0.0], 0.1, [0.0, height, 0.0]),
+            )
         })
     };
     for kind in BOTH {
@@ -129,13 +133,13 @@ fn a_roof_of_panes_takes_from_sky_and_lamps_what_it_reflects() {
             seen.assert_is(0.5 * 3.0 * part, 2e-3, &format!("{kind}, {name}"));
         }
     }
-    // A wide sun straight above two panes, for which both ways of finding it count.
+    // A wide sun straight above two sheets of glass, which both sampling techniques find.
     let angle = 1.0_f32;
     let sun = Light::Sun { direction: [0.0, -1.0, 0.0], irradiance: [2.0; 3], angle };
     let edge = (0.5 * f64::from(angle)).cos();
     let within = |i: i32| edge + (1.0 - edge) * (f64::from(i) + 0.5) / f64::from(steps);
     let sum = |f: &dyn Fn(f64) -> f64| (0..steps).map(|i| f(within(i))).sum::<f64>();
-    // Between the two, light goes to and fro.
+    // Between the two sheets light is reflected to and fro.
     let both = |c: f64| passed(c).powi(2) / (1.0 - (1.0 - passed(c)).powi(2));
     let truth = 0.5 / PI * 2.0 * sum(&|c| c * both(c)) / sum(&|c| c);
     for (kind, spp) in [(IntegratorKind::Simple, 1 << 15), (IntegratorKind::Path, 1 << 12)] {
@@ -205,7 +209,7 @@ fn light_without_bounds_loses_no_sample() {
                 .lit_by(Light::Point { position: [1.0, 1.0, 0.0], intensity: [strength; 3], range: f32::INFINITY });
             let frame = model.frame();
             for kind in BOTH {
-                // Lost samples are asserted away.
+                // `picture` asserts that no samples are lost.
                 picture(&frame, &Camera::look_at([3.0, 2.0, 4.0], [0.0; 3], 0.9), &settings(kind, 32, 16));
             }
         }

@@ -1,4 +1,4 @@
-//! What can be asked of `render`, and what cannot.
+//! Requests to `render`: sizes, samples, threads, progress.
 
 mod common;
 
@@ -67,7 +67,7 @@ fn a_world_without_anything_is_its_sky() {
 }
 
 #[test]
-fn film_becomes_bytes() {
+fn film_becomes_srgb_bytes() {
     let picture = common::picture(&frame(), &camera(), &settings(IntegratorKind::Path, 8, 2));
     assert!(!picture.is_display_ready);
     assert_eq!(tone_map(&picture.film, automatic_exposure(&picture.film)).len(), 8 * 8 * 3);
@@ -77,9 +77,9 @@ fn film_becomes_bytes() {
 }
 
 #[test]
-fn only_cameras_with_clamp_lose_light() {
-    // A closed bright room: what comes from beyond the first bounce is bounded by the clamp, and
-    // only then.
+fn only_clamping_loses_light() {
+    // A closed bright room: contributions from beyond the first bounce are clamped if asked for,
+    // and only then.
     let material = Material { emission: [1.0; 3], ..Material::diffuse([0.5; 3]) };
     let room = Model::default().with(&Shape::cube().inverted(), material, Affine::IDENTITY).frame();
     let inside = Camera::look_at([0.0; 3], [1.0, 0.2, 0.1], 1.0);

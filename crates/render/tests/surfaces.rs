@@ -1,4 +1,4 @@
-//! Holes, mirrored and stretched instances, and bad data.
+//! Alpha, mirrored and unevenly scaled instances, and bad data.
 
 mod common;
 
@@ -9,7 +9,7 @@ use kinetree_world::{Alpha, Camera, Filter, Light, Material, Scatter, Sky, Textu
 
 const BOTH: [IntegratorKind; 2] = [IntegratorKind::Simple, IntegratorKind::Path];
 
-/// Solid on the left (u below a half), and as given on the right.
+/// Opaque on the left (u below a half), and with an alpha on the right.
 fn half_there(alpha: u8) -> Texture {
     let texels = vec![[255; 4], [255, 255, 255, alpha]];
     Texture { width: 2, height: 1, texels, srgb: true, wrap: [Wrap::Clamp; 2], filter: Filter::Nearest }
@@ -46,13 +46,13 @@ fn a_masked_surface_lets_exactly_the_masked_part_through() {
 }
 
 #[test]
-fn an_opaque_surface_does_not_ask_its_alpha() {
+fn an_opaque_surface_ignores_its_alpha() {
     let film = picture(&veil(Alpha::Opaque, 0).frame(), &from_above(), &settings(IntegratorKind::Path, 16, 4)).film;
     assert!(film.pixel([12, 8])[0].abs() < 1e-6);
 }
 
 #[test]
-fn a_blended_surface_lets_through_what_alpha_leaves() {
+fn a_blended_surface_transmits_one_minus_alpha() {
     for kind in BOTH {
         let film = picture(&veil(Alpha::Blend, 51).frame(), &from_above(), &settings(kind, 32, 64)).film;
         let right: Vec<f64> = (0..32 * 14).map(|i| f64::from(film.pixel([17 + i % 14, 1 + i / 15])[0])).collect();
@@ -92,8 +92,8 @@ fn vertex_colours_textures_and_base_colour_multiply() {
 #[test]
 fn mirrored_and_stretched_instances_are_lit_by_their_normals_in_the_world() {
     let sun = Light::Sun { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3], angle: 0.0 };
-    // An oblique roof in its own space, flattened or steepened by its instance; with normals of its
-    // own and without.
+    // A sloped roof in object space, flattened or steepened by its instance, with normals of the
+    // mesh and without.
     for (scale, turn) in
         [([1.0, 0.5, 1.0], 0.0), ([-2.0, 3.0, 1.0], 0.4), ([1.0, 1.0, -0.3], -0.2), ([-1.0, 0.2, -4.0], 0.9)]
     {
@@ -132,8 +132,7 @@ fn one_sided_lamps_shine_from_their_front_however_they_are_placed() {
 fn bad_data_never_reaches_the_film() {
     let nan = f32::NAN;
     let mut shape = Shape::sphere(4).smooth();
-    // Triangles without area, normals without length, texture coordinates and colours that are no
-    // numbers.
+    // Triangles without area, normals without length, texture coordinates and colours that are NaN.
     shape.triangles.extend([[0, 0, 0], [1, 1, 2], [3, 4, 3]]);
     shape.normals = shape.normals.map(|mut normals| {
         normals.iter_mut().step_by(3).for_each(|normal| *normal = [0.0; 3]);
@@ -172,7 +171,7 @@ fn bad_data_never_reaches_the_film() {
         let place = Affine::from_translation([(index % 4) as f32 * 2.0 - 3.0, 0.0, (index / 4) as f32 * 2.0]);
         model = model.with(&shape, material, place);
     }
-    // Surfaces and materials that are not there.
+    // Surfaces and materials that do not exist.
     model.material_set.surfaces[2].parts[0].material = 1000;
     model.material_set.surfaces[3].parts[0].first_triangle = 10;
     model.material_set.surfaces[3].parts.push(kinetree_world::Part { first_triangle: 5, material: 0 });

@@ -1,4 +1,4 @@
-//! The fast integrator against its slow twin, and a picture against itself.
+//! The fast integrator against its slow twin, and pictures against themselves.
 
 mod common;
 
@@ -9,8 +9,8 @@ use kinetree::{Affine, Motion, Ray};
 use kinetree_render::{Film, Integrator, IntegratorKind, Sampler, Settings, Tracer, render_with};
 use kinetree_world::{Alpha, Camera, Filter, Frame, Light, Material, Scatter, Sky, Texture, Wrap};
 
-/// A bit of everything: area lights, a sun with a disc, a sky, glass, a pane, textures, masks and
-/// blends.
+/// All features at once: area lights, a sun with a disc, a sky, glass, thin glass, textures, masked
+/// and blended alpha.
 fn everything() -> Frame {
     let mut model = Model::default();
     let board = (0..64).map(|i| if (i + i / 8) % 2 == 0 { [230, 200, 60, 255] } else { [40, 60, 200, 90] }).collect();
@@ -24,7 +24,7 @@ fn everything() -> Frame {
     });
     model.sky = Sky::Gradient { zenith: [0.3, 0.5, 0.9], horizon: [0.8; 3], ground: [0.1; 3] };
     let textured = |material: Material| Material { base_color_texture: Some(0.into()), ..material };
-    let pane = Material { scatter: Scatter::ThinDielectric { ior: 1.5 }, ..Material::diffuse([0.8, 1.0, 0.9]) };
+    let thin_glass = Material { scatter: Scatter::ThinDielectric { ior: 1.5 }, ..Material::diffuse([0.8, 1.0, 0.9]) };
     let glowing = Material { emission_texture: Some(0.into()), ..Material::emissive([6.0, 5.0, 4.0]) };
     let at = |scale: f32, position| placed([scale; 3], [0.3, 1.0, 0.2], 0.4, position);
     model
@@ -36,7 +36,7 @@ fn everything() -> Frame {
             at(0.5, [1.0, 0.5, 0.6]),
             Motion::Rigid,
         )
-        .with(&Shape::square(), pane, placed([1.5; 3], [1.0, 0.0, 0.0], 1.2, [1.0, 0.9, 1.4]))
+        .with(&Shape::square(), thin_glass, placed([1.5; 3], [1.0, 0.0, 0.0], 1.2, [1.0, 0.9, 1.4]))
         .with(
             &Shape::square(),
             Material { alpha: Alpha::Mask { cutoff: 0.6 }, ..textured(Material::diffuse([0.5; 3])) },
@@ -69,7 +69,7 @@ fn camera() -> Camera {
 }
 
 #[test]
-fn asking_lights_changes_the_noise_and_not_the_mean() {
+fn light_sampling_changes_the_noise_and_not_the_mean() {
     let frame = everything();
     // Blocks of the picture, each estimated with several seeds.
     let blocks = |kind, spp| {
@@ -96,8 +96,8 @@ fn asking_lights_changes_the_noise_and_not_the_mean() {
     for (index, (simple, path)) in simple.iter().zip(&path).enumerate() {
         let error = (simple.error.powi(2) + path.error.powi(2)).sqrt();
         let apart = (simple.mean - path.mean).abs() / error;
-        // Errors are themselves estimated from eight runs: Student's t with some fourteen degrees
-        // of freedom passes six about once in 30 000.
+        // Errors are estimated from eight runs: Student's t with some fourteen degrees of freedom
+        // exceeds six about once in 30 000.
         assert!(apart < 6.0, "block {}, channel {}: {simple:?} {path:?}", index / 3, index % 3);
         assert!(error < 0.03 * path.mean, "block {}: too noisy to tell: {simple:?} {path:?}", index / 3);
         distance += (simple.mean - path.mean) / path.mean / 48.0;
@@ -105,7 +105,7 @@ fn asking_lights_changes_the_noise_and_not_the_mean() {
     assert!(distance.abs() < 0.003, "a bias of {distance}");
 }
 
-/// Answers for one ray after another, whatever the integrator knows about many.
+/// An integrator without a batched version of its own.
 struct OneByOne(Box<dyn Integrator>);
 
 impl Integrator for OneByOne {
@@ -115,11 +115,11 @@ impl Integrator for OneByOne {
 }
 
 #[test]
-fn many_rays_together_bring_what_they_bring_one_by_one_to_the_bit() {
+fn many_rays_together_give_the_colours_of_single_rays_to_the_bit() {
     let frame = everything();
     for kind in IntegratorKind::ALL {
-        // More samples than are traced together, and fewer; paths that end soon or late; no light
-        // lost, or some.
+        // More samples than one batch, and fewer; paths that end early or late; with and without
+        // light clamped.
         for (size, spp, max_depth, clamp) in
             [(40, 5, 64, None), (21, 90, 3, None), (9, 1, 64, Some(0.5)), (5, 1, 0, None)]
         {

@@ -1,4 +1,4 @@
-//! Small worlds for tests, and ways to look at them.
+//! Small scenes for tests, and ways to measure them.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::f32::consts::PI;
@@ -92,7 +92,7 @@ impl Shape {
     }
 }
 
-/// A world in the making.
+/// A scene under construction.
 #[derive(Default)]
 pub(crate) struct Model {
     scene: Option<Scene>,
@@ -146,7 +146,7 @@ pub(crate) fn settings(kind: IntegratorKind, size: u32, spp: u32) -> Settings {
     Settings { width: size, height: size, spp, integrator: kind, ..Settings::default() }
 }
 
-/// Makes a picture, and sees to it that no sample was lost.
+/// Renders a picture, and asserts that no sample was lost.
 pub(crate) fn picture(frame: &Frame, camera: &Camera, settings: &Settings) -> Rendered {
     let picture = render(frame, camera, settings, &|_| ControlFlow::Continue(())).expect("good settings");
     assert_eq!(picture.lost_samples, 0);
@@ -154,7 +154,7 @@ pub(crate) fn picture(frame: &Frame, camera: &Camera, settings: &Settings) -> Re
     picture
 }
 
-/// A mean, and how far it may be off.
+/// A mean with its standard error.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Estimate {
     pub(crate) mean: f64,
@@ -171,7 +171,7 @@ impl Estimate {
         Self { mean, error: (variance / count).sqrt() }
     }
 
-    /// Checks that the estimate agrees with a true value to within five standard errors, and that
+    /// Asserts that the estimate agrees with a true value to within five standard errors, and that
     /// these are less than a fraction of it. Beside the noise, single precision may round by
     /// [`ROUNDING`].
     #[track_caller]
@@ -182,10 +182,10 @@ impl Estimate {
     }
 }
 
-/// By how much of its value a picture without noise may be off.
+/// Relative error by which a picture without noise may be off.
 const ROUNDING: f64 = 2e-5;
 
-/// The radiance along one line of sight, in one channel: a picture of a very small angle, whose
+/// The radiance along one line of sight, in one channel: a picture with a tiny field of view, whose
 /// pixels are independent.
 pub(crate) fn glimpse(
     frame: &Frame,
@@ -199,9 +199,8 @@ pub(crate) fn glimpse(
     Estimate::of(&film.pixels().iter().map(|pixel| f64::from(pixel[channel])).collect::<Vec<_>>())
 }
 
-/// Irradiance over radiance, times pi: what a parallel rectangle contributes to a point straight
-/// below one of its corners, with sides `a` and `b` in units of the height (the textbook view
-/// factor of a rectangle).
+/// The view factor of a parallel rectangle from a point straight below one of its corners, with
+/// sides `a` and `b` in units of the height; irradiance over radiance is pi times that.
 pub(crate) fn corner_factor(a: f64, b: f64) -> f64 {
     let (x, y) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
     (a / x * (b / x).atan() + b / y * (a / y).atan()) / (2.0 * std::f64::consts::PI)
