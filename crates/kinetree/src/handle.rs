@@ -62,6 +62,25 @@ macro_rules! handles {
             }
         }
 
+        /// As the four 32-bit words of [`to_bits`]($name::to_bits), the lowest first: numbers that
+        /// every format keeps.
+        #[cfg(feature = "serde")]
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let bits = self.to_bits();
+                [0, 32, 64, 96].map(|shift| (bits >> shift) as u32).serialize(serializer)
+            }
+        }
+
+        #[cfg(feature = "serde")]
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let words = <[u32; 4]>::deserialize(deserializer)?;
+                let bits = words.into_iter().rev().fold(0, |bits, word| bits << 32 | u128::from(word));
+                Ok(Self::from_bits(bits))
+            }
+        }
+
         impl From<Handle> for $name {
             fn from(handle: Handle) -> Self {
                 Self(handle)

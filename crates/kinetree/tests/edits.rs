@@ -325,3 +325,29 @@ fn many_instances_are_binned_and_few_are_clustered() {
         assert_eq!(view.top_level().validate(), Ok(()));
     }
 }
+
+#[test]
+fn positions_and_indices_come_in_many_forms() {
+    let points = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], [2.0, 0.0, 2.0]];
+    let mesh = Mesh::new(&points, &[[0_u32, 1, 2], [1, 3, 2]]).unwrap();
+    let triangles = [[0_u16, 1, 2], [1, 3, 2]];
+    let padded = points.map(|[x, y, z]| [x, y, z, f32::NAN]).to_vec();
+    for same in [
+        Mesh::new(&points, &triangles[..]).unwrap(),
+        Mesh::new(&points, &triangles.to_vec()).unwrap(),
+        Mesh::new(&points, &triangles[..]).unwrap(),
+        Mesh::new(&padded, &[0_u16, 1, 2, 1, 3, 2]).unwrap(),
+        Mesh::new(&padded[..], &[0_u32, 1, 2, 1, 3, 2]).unwrap(),
+        Mesh::new(Positions::in_vertices(&points, 0), &triangles[..]).unwrap(),
+    ] {
+        assert_eq!((same.positions(), same.triangles()), (mesh.positions(), mesh.triangles()));
+    }
+    let out_of_range = Err(MeshError::IndexOutOfRange { triangle: 1, index: 9, vertices: 4 });
+    assert_eq!(Mesh::new(&points, &[[0_u16, 1, 2], [1, 9, 2]][..]).map(drop), out_of_range);
+    // The last vertex does not hold three floats from here.
+    let beyond = Mesh::new(Positions::in_vertices(&points, 4), &triangles[..]).map(drop);
+    assert_eq!(beyond, Err(MeshError::StrideOutOfRange { stride: 12, offset: 4, count: 4, bytes: 48 }));
+    assert!(Mesh::new(Positions::in_vertices(&points, usize::MAX), &triangles[..]).is_err());
+    let nothing: [[f32; 4]; 0] = [];
+    assert!(Mesh::new(&nothing[..], &[] as &[[u16; 3]]).is_ok());
+}

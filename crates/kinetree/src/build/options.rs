@@ -7,6 +7,7 @@ use crate::tree::Link;
 /// traversal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Quality {
     /// For trees that are rebuilt every frame: clustering along a Morton curve, starting from
     /// leaves of several primitives.
@@ -37,15 +38,20 @@ impl Quality {
 /// ```
 #[derive(Debug, Clone)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 pub struct BuildOptions {
     /// How much build time to trade for traversal speed.
     pub quality: Quality,
     /// Where the build runs. The tree does not depend on it.
+    /// Not serialized.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub threads: Threads,
     /// The cost of visiting a node, relative to one primitive test. A larger cost gives larger
     /// leaves. Private, because the collapse into eight-way nodes chooses the final leaves.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) node_cost: f32,
     /// The largest number of primitives in a leaf, clamped to 1 to [`Link::MAX_COUNT`].
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) max_leaf: u32,
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Mul;
 
-use glam::{Affine3A, DVec3, Mat3, Quat, Vec3};
+use glam::{DVec3, Mat3, Quat, Vec3};
 
 use super::{Aabb, UNIT_ROUNDOFF, is_finite};
 
@@ -11,6 +11,7 @@ use super::{Aabb, UNIT_ROUNDOFF, is_finite};
 /// Chains read from right to left: `world_from_car * car_from_wheel` is `world_from_wheel`.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Affine {
     /// Where the x axis goes.
     pub x_axis: [f32; 3],
@@ -70,7 +71,14 @@ impl Affine {
     pub fn from_scale_rotation_translation(scale: [f32; 3], quaternion: [f32; 4], translation: [f32; 3]) -> Self {
         let quaternion = Quat::from_array(quaternion);
         let quaternion = if quaternion.length_squared() > 0.0 { quaternion.normalize() } else { Quat::IDENTITY };
-        Affine3A::from_scale_rotation_translation(scale.into(), quaternion, translation.into()).into()
+        let turned = Mat3::from_quat(quaternion);
+        let column = |axis: Vec3, scale: f32| (axis * scale).into();
+        Self::from_columns(
+            column(turned.x_axis, scale[0]),
+            column(turned.y_axis, scale[1]),
+            column(turned.z_axis, scale[2]),
+            translation,
+        )
     }
 
     /// Places an object at `eye` so that its -z axis looks at `target` and its +y axis is as near to `up` as can be.
@@ -197,13 +205,6 @@ impl Mul for Affine {
             self.transform_vector(first.z_axis),
             self.transform_point(first.translation),
         )
-    }
-}
-
-impl From<Affine3A> for Affine {
-    fn from(map: Affine3A) -> Self {
-        let linear = map.matrix3;
-        Self::from_columns(linear.x_axis.into(), linear.y_axis.into(), linear.z_axis.into(), map.translation.into())
     }
 }
 

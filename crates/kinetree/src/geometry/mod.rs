@@ -5,6 +5,7 @@
 mod aabb;
 mod affine;
 pub(crate) mod clip;
+mod conversions;
 pub(crate) mod exact;
 mod interpolate;
 pub(crate) mod inverse;

@@ -14,6 +14,7 @@ pub(crate) const AT_MOST: f32 = 1.0 + 2.0 * DISTANCE_ERROR;
 /// How carefully the triangles of a mesh are tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Precision {
     /// Whether a ray meets a triangle is decided as exact arithmetic decides it, so that no ray slips
     /// between neighbouring triangles or meets what it passes by. `t` is within 2^-14 of itself of the

@@ -13,6 +13,7 @@ use crate::traverse::{FrameBvh, Work};
 
 /// Which sides of triangles do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Cull {
     /// Both sides count.
     #[default]
@@ -26,6 +27,7 @@ pub enum Cull {
 /// What the caller knows about the rays of a batch. It changes the speed, never the answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Coherence {
     /// Neighbours start and go nearly alike, such as the rays of a camera, tile by tile.
     Coherent,

@@ -9,6 +9,7 @@ use crate::update::{Action, Motion, Reason};
 /// What a commit did. Durations are `None` where there is no clock.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrameReport {
     /// Counts from one.
     pub frame: u64,
@@ -31,6 +32,7 @@ pub struct FrameReport {
 /// What a commit did with one mesh.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MeshReport {
     /// The mesh.
     pub mesh: MeshId,
@@ -60,6 +62,7 @@ pub struct MeshReport {
 /// How the tree over the instances came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum TopLevelMethod {
     /// Nothing had moved.
     #[default]
@@ -73,6 +76,7 @@ pub enum TopLevelMethod {
 /// What became of the tree over the instances.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TopLevelReport {
     /// How it came about.
     pub method: TopLevelMethod,

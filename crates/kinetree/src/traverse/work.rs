@@ -29,6 +29,7 @@ impl Tally for () {}
 /// How much work queries did: the measure of a tree that no noisy clock disturbs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Work {
     /// Nodes that were visited: steps over eight boxes, of which one or more may be entered; of a
     /// binary tree, boxes that were entered, those of leaves included.

@@ -5,6 +5,7 @@ use std::fmt;
 /// What a commit did to a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Action {
     /// Nothing: the tree is the one of the previous frame.
     Kept,
@@ -22,6 +23,7 @@ pub enum Action {
 /// The reason for an [`Action`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Reason {
     /// No edit.
     NothingChanged,

@@ -24,6 +24,7 @@
 /// [`Mesh::with_tree`]: crate::Mesh::with_tree
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Motion {
     /// Scenery that does not move. Built once, at the quality for a level's loading time
     /// (`Balanced`). For a better tree, bake it.

@@ -163,8 +163,8 @@ pub fn worlds(seed: u64) -> Vec<World> {
     add("an empty mesh", alone(Mesh::empty()), 1.0);
     add("one triangle", alone(Mesh::new(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[0_u16, 1, 2]).unwrap()), 1.0);
     let same = [[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [0.3, 1.0, -0.4]];
-    add("all in the same place", alone(Mesh::new(&same, &vec![[0, 1, 2]; 100]).unwrap()), 1.0);
-    let coincident: Vec<_> = (0..40).map(|i| [i % 2 * 3, i % 2 * 3 + 1, i % 2 * 3 + 2]).collect();
+    add("all in the same place", alone(Mesh::new(&same, &vec![[0_u32, 1, 2]; 100]).unwrap()), 1.0);
+    let coincident: Vec<_> = (0..40_u32).map(|i| [i % 2 * 3, i % 2 * 3 + 1, i % 2 * 3 + 2]).collect();
     let turned = [same, [same[1], same[2], same[0]]].concat();
     add("coincident, turned", alone(Mesh::new(&turned, &coincident).unwrap()), 1.0);
     add("coincident instances", placed(sphere(6, 9), &[Affine::IDENTITY; 5]), 1.0);
