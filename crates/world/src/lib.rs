@@ -7,6 +7,29 @@
 //!
 //! Positions are in metres, y is up, angles are in radians, colours are linear RGB.
 //!
+//! ```
+//! use kinetree::{Affine, Mesh, Motion, Scene};
+//! use kinetree_world::{Material, MaterialSet, Surface, World};
+//!
+//! let mut scene = Scene::new();
+//! let triangle = Mesh::new(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]])?;
+//! let mesh = scene.add_mesh(triangle, Motion::Static)?;
+//! let instance = scene.add_instance(scene.root(), mesh, Affine::IDENTITY)?;
+//!
+//! let mut world = World::new(scene);
+//! let materials = vec![Material::diffuse([0.8, 0.1, 0.1])];
+//! let surfaces = vec![Surface::of(0)];
+//! world.material_set = MaterialSet { materials, surfaces, ..MaterialSet::default() }.into();
+//! world.material_bindings.bind(instance, 0);
+//!
+//! let frame = world.frame(0.0)?;
+//! for instance in frame.snapshot.instances() {
+//!     let surface = frame.surface(instance.index()).expect("it was bound");
+//!     assert_eq!(surface.material_of(0), Some(0));
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # The map
 //!
 //! | | |

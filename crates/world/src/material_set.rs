@@ -13,7 +13,7 @@ use crate::{Material, Texture};
 pub struct MaterialSet {
     /// Indexed by [`Part::material`].
     pub materials: Vec<Material>,
-    /// Indexed by [`TextureRef::texture`].
+    /// Indexed by [`TextureRef::texture`](crate::TextureRef::texture).
     pub textures: Vec<Texture>,
     /// Indexed by what [`MaterialBindings`](crate::MaterialBindings) gives for an instance.
     pub surfaces: Vec<Surface>,

@@ -134,7 +134,7 @@ fn floor(x: f32) -> f32 {
 /// A reference from a material to a texture, with a transform of texture coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TextureRef {
-    /// Index into [`MaterialSet::textures`].
+    /// Index into [`MaterialSet::textures`](crate::MaterialSet::textures).
     pub texture: u32,
     /// Texture coordinates are scaled by `scale`, rotated by `rotation`, and moved by `offset`, in
     /// this order (KHR_texture_transform).

@@ -89,3 +89,45 @@ impl World {
         node.map_or(Ok(Affine::IDENTITY), |node| self.scene.world_from_node(node))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Moves a node one metre along x per second.
+    struct Drive(NodeId);
+
+    impl Animation for Drive {
+        fn go_to(&mut self, scene: &mut Scene, seconds: f64) -> Result<(), EditError> {
+            scene.place(self.0, Affine::from_translation([seconds as f32, 0.0, 0.0]))
+        }
+
+        fn duration(&self) -> f64 {
+            10.0
+        }
+    }
+
+    #[test]
+    fn lights_and_cameras_follow_their_nodes_and_frames_stay_as_they_are() {
+        let mut scene = Scene::new();
+        let node = scene.add_node(scene.root(), Affine::IDENTITY).expect("a node fits");
+        let mut world = World::new(scene);
+        let lamp = Light::Point { position: [0.0, 1.0, 0.0], intensity: [1.0; 3], range: f32::INFINITY };
+        world.lights = [Some(node), None].map(|node| LightSource { node, light: lamp }).to_vec();
+        world.sky = Sky::Constant([2.0; 3]);
+        let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], 0.8);
+        world.cameras.push(CameraSource { name: "on board".into(), node: Some(node), camera });
+        world.animation = Box::new(Drive(node));
+
+        let at = |x: f32| Light::Point { position: [x, 1.0, 0.0], intensity: [1.0; 3], range: f32::INFINITY };
+        let first = world.frame(1.5).expect("the node is there");
+        assert_eq!(world.camera(&world.cameras[0]).map(|camera| camera.position()), Ok([1.5, 0.0, 5.0]));
+        let second = world.frame(4.0).expect("the node is there");
+        assert_eq!((first.lights, first.sky, first.time), (vec![at(1.5), at(0.0)], Sky::Constant([2.0; 3]), 1.5));
+        assert_eq!((second.lights, second.time), (vec![at(4.0), at(0.0)], 4.0));
+
+        world.animation = Box::new(NoAnimation);
+        world.scene.remove_node(node).expect("the node is there");
+        assert!(world.frame(0.0).is_err() && world.camera(&world.cameras[0]).is_err());
+    }
+}
