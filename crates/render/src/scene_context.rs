@@ -1,5 +1,7 @@
 //! A frame made ready for rendering: its lights collected, its alpha-tested materials known.
 
+use std::fmt;
+
 use kinetree::{Candidate, Query};
 use kinetree_world::{Alpha, Frame};
 
@@ -15,6 +17,13 @@ pub struct SceneContext<'a> {
     has_alpha: bool,
     /// Where light may go straight through.
     pub(crate) thin_glass: ThinGlass,
+}
+
+/// Prints the frame, not what was computed from it.
+impl fmt::Debug for SceneContext<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SceneContext").field("frame", &self.frame).finish_non_exhaustive()
+    }
 }
 
 impl<'a> SceneContext<'a> {

@@ -8,6 +8,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::{SceneContext, scatter};
 
 /// Traces rays through a frame, and counts them. Each thread has its own.
+#[derive(Debug)]
 pub struct Tracer<'a> {
     context: &'a SceneContext<'a>,
     /// Seeds the stochastic alpha test: the same for all rays of one sample.

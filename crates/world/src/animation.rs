@@ -15,6 +15,7 @@ pub trait Animation: Send {
 }
 
 /// The animation of a world in which nothing moves.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct NoAnimation;
 
 impl Animation for NoAnimation {

@@ -1,5 +1,6 @@
 //! A world at one time.
 
+use std::fmt;
 use std::sync::Arc;
 
 use kinetree::Snapshot;
@@ -22,6 +23,18 @@ pub struct Frame {
     pub time: f64,
     /// Index into the surfaces of `material_set` for each instance, by its dense index.
     surfaces: Arc<[u32]>,
+}
+
+/// Prints sizes, not contents.
+impl fmt::Debug for Frame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Frame")
+            .field("snapshot", &self.snapshot)
+            .field("lights", &self.lights.len())
+            .field("sky", &self.sky)
+            .field("time", &self.time)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Frame {

@@ -9,7 +9,7 @@ use std::fmt;
 use crate::{Material, Texture};
 
 /// What shading needs and does not change from frame to frame.
-#[derive(Debug, Default, Clone)]
+#[derive(Default, Clone)]
 pub struct MaterialSet {
     /// Indexed by [`Part::material`].
     pub materials: Vec<Material>,
@@ -17,6 +17,17 @@ pub struct MaterialSet {
     pub textures: Vec<Texture>,
     /// Indexed by what [`MaterialBindings`](crate::MaterialBindings) gives for an instance.
     pub surfaces: Vec<Surface>,
+}
+
+/// Prints lengths, not contents.
+impl fmt::Debug for MaterialSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MaterialSet")
+            .field("materials", &self.materials.len())
+            .field("textures", &self.textures.len())
+            .field("surfaces", &self.surfaces.len())
+            .finish_non_exhaustive()
+    }
 }
 
 /// The materials and vertex attributes of one mesh.

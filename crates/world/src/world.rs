@@ -1,5 +1,6 @@
 //! A scene with materials, lights, cameras and an animation.
 
+use std::fmt;
 use std::sync::Arc;
 
 use kinetree::{Affine, EditError, NodeId, Scene};
@@ -23,6 +24,18 @@ pub struct World {
     pub cameras: Vec<CameraSource>,
     /// What moves the scene.
     pub animation: Box<dyn Animation>,
+}
+
+/// Prints sizes, not contents.
+impl fmt::Debug for World {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("World")
+            .field("scene", &self.scene)
+            .field("lights", &self.lights.len())
+            .field("cameras", &self.cameras.len())
+            .field("duration", &self.animation.duration())
+            .finish_non_exhaustive()
+    }
 }
 
 /// A light, attached to a node or fixed in world space.
