@@ -24,7 +24,8 @@ pub(crate) enum NodeSelection {
 
 impl Asset {
     /// Inserts the contents of the file below a node of a scene, at rest, with all nodes of the
-    /// file. What it adds has no user ids and masks of its own: those of `parent` hold for it.
+    /// file. What it adds has no user ids and masks of its own: those of the nodes above hold for
+    /// it, which are 0 and all bits unless the caller sets others.
     ///
     /// # Errors
     /// A parent that is stale or of another scene; what the library refuses, such as joints whose

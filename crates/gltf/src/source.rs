@@ -1,9 +1,10 @@
 //! What is read: a file on disk, or one in memory.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Where a file comes from.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 #[non_exhaustive]
 pub enum Source<'a> {
     /// A file on disk, with the files next to it that it refers to.
@@ -25,6 +26,21 @@ impl<'a> Source<'a> {
         match *self {
             Self::Path(path) => path,
             Self::Bytes { name, .. } => Path::new(name),
+        }
+    }
+}
+
+/// In short: of a file in memory, how long it is.
+impl fmt::Debug for Source<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Path(path) => f.debug_tuple("Path").field(path).finish(),
+            Self::Bytes { name, bytes, folder } => f
+                .debug_struct("Bytes")
+                .field("name", name)
+                .field("bytes", &bytes.len())
+                .field("folder", folder)
+                .finish(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A file as a world of its own, for a renderer.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,6 +26,18 @@ pub struct LoadedWorld {
     pub clips: Vec<ClipInfo>,
     /// The files that were read besides: buffers and images.
     pub files: Vec<PathBuf>,
+}
+
+/// In short: how much there is of it.
+impl fmt::Debug for LoadedWorld {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LoadedWorld")
+            .field("scene", &self.world.scene)
+            .field("notes", &self.notes)
+            .field("clips", &self.clips)
+            .field("files", &self.files)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Loads a file as a world, with those of its animations that play together.
