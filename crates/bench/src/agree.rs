@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::exact::{Rounded, closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
-use crate::rays::Question;
+use crate::rays::QueryKind;
 use crate::soup::Soup;
 
 /// Relative difference up to which two distances count as equal.
@@ -152,12 +152,12 @@ impl ExactAnswers {
         rays: &[Ray],
         expected: &[Answer],
         disputes: &[Dispute],
-        question: Question,
+        query_kind: QueryKind,
     ) -> AnswerDifferences {
         // Disputes are sorted by ray.
-        let as_asked = |answer: Answer| match question {
-            Question::Closest => EngineAnswer::Nearest(answer),
-            Question::Occluded => EngineAnswer::Occluded(answer.is_hit()),
+        let as_asked = |answer: Answer| match query_kind {
+            QueryKind::Closest => EngineAnswer::Nearest(answer),
+            QueryKind::Occluded => EngineAnswer::Occluded(answer.is_hit()),
         };
         let agreed = self
             .reference_errors(expected)
@@ -229,14 +229,14 @@ mod tests {
         ray: Ray,
         expected: Answer,
         given: EngineAnswer,
-        question: Question,
+        query_kind: QueryKind,
         triangle_tests: usize,
     ) -> AnswerDifferences {
         let (soup, rays, expected) = (soup(), [ray], [expected]);
         let disputes = disputes(&expected, [given]);
         let disputed = disputes.iter().map(|dispute| dispute.ray).collect();
         ExactAnswers::of(&soup, &rays, disputed, &mut { triangle_tests })
-            .differences(&soup, &rays, &expected, &disputes, question)
+            .differences(&soup, &rays, &expected, &disputes, query_kind)
     }
 
     fn down(x: f32) -> Ray {
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn distances_may_differ_by_rounding_only() {
-        let differ = |t| differences_of(down(0.2), hit(1.0), EngineAnswer::Nearest(hit(t)), Question::Closest, 10);
+        let differ = |t| differences_of(down(0.2), hit(1.0), EngineAnswer::Nearest(hit(t)), QueryKind::Closest, 10);
         assert_eq!(differ(1.00005).all, 0);
         let far = differ(1.001);
         assert_eq!((far.all, far.elsewhere(), far.first.map(|first| first.0)), (1, 1, Some(0)));
@@ -262,12 +262,12 @@ mod tests {
     fn differences_at_edges_are_counted_apart() {
         for (x, at_edges) in [(0.2, 0), (1e-6, 1)] {
             let answers = [
-                (EngineAnswer::Nearest(Answer::MISS), Question::Closest),
-                (EngineAnswer::Occluded(false), Question::Occluded),
+                (EngineAnswer::Nearest(Answer::MISS), QueryKind::Closest),
+                (EngineAnswer::Occluded(false), QueryKind::Occluded),
             ];
-            for (given, question) in answers {
-                let differences = differences_of(down(x), hit(1.0), given, question, 10);
-                assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x} {question:?}");
+            for (given, query_kind) in answers {
+                let differences = differences_of(down(x), hit(1.0), given, query_kind, 10);
+                assert_eq!((differences.all, differences.at_edges), (1, at_edges), "{x} {query_kind:?}");
             }
         }
     }
@@ -275,31 +275,31 @@ mod tests {
     #[test]
     fn an_engine_that_contradicts_a_wrong_reference_is_right_and_one_that_agrees_is_wrong() {
         let wrong = [hit(0.5), Answer::MISS];
-        for (reference, question) in
-            wrong.into_iter().flat_map(|it| [(it, Question::Closest), (it, Question::Occluded)])
+        for (reference, query_kind) in
+            wrong.into_iter().flat_map(|it| [(it, QueryKind::Closest), (it, QueryKind::Occluded)])
         {
-            let as_asked = |answer: Answer| match question {
-                Question::Closest => EngineAnswer::Nearest(answer),
-                Question::Occluded => EngineAnswer::Occluded(answer.is_hit()),
+            let as_asked = |answer: Answer| match query_kind {
+                QueryKind::Closest => EngineAnswer::Nearest(answer),
+                QueryKind::Occluded => EngineAnswer::Occluded(answer.is_hit()),
             };
             let blamed = |answer: Answer, triangle_tests| {
-                differences_of(down(0.2), reference, as_asked(answer), question, triangle_tests).all
+                differences_of(down(0.2), reference, as_asked(answer), query_kind, triangle_tests).all
             };
-            assert_eq!(blamed(hit(1.0), 10), 0, "{question:?}");
+            assert_eq!(blamed(hit(1.0), 10), 0, "{query_kind:?}");
             // Nothing is disputed, so no ray is searched for.
-            assert_eq!(blamed(reference, 10), 0, "{question:?}");
+            assert_eq!(blamed(reference, 10), 0, "{query_kind:?}");
         }
         let (soup, rays, expected) = (soup(), [down(0.2)], [hit(0.5)]);
         let exact_answers = ExactAnswers::of(&soup, &rays, vec![0, 0], &mut 10);
         assert_eq!(exact_answers.reference_errors(&expected).count(), 1);
-        assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], Question::Closest).elsewhere(), 1);
+        assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], QueryKind::Closest).elsewhere(), 1);
         // The reference did report a hit, which is right for an occlusion query.
-        assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], Question::Occluded).all, 0);
+        assert_eq!(exact_answers.differences(&soup, &rays, &expected, &[], QueryKind::Occluded).all, 0);
     }
 
     #[test]
     fn without_budget_the_reference_counts_as_right_and_unsettled_rays_are_counted() {
-        let differences = differences_of(down(0.2), hit(0.5), EngineAnswer::Nearest(hit(1.0)), Question::Closest, 0);
+        let differences = differences_of(down(0.2), hit(0.5), EngineAnswer::Nearest(hit(1.0)), QueryKind::Closest, 0);
         assert_eq!(differences.all, 1);
         let (soup, rays) = (soup(), [down(0.2); 4]);
         let exact_answers = ExactAnswers::of(&soup, &rays, vec![3, 1, 2, 0], &mut 2);

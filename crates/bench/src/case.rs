@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::failure::Failure;
-use crate::rays::Kind;
+use crate::rays::RayKind;
 use crate::scene::SceneChoice;
 
 /// What is measured about one scene.
@@ -32,7 +32,7 @@ pub(crate) struct Case {
     pub(crate) quick_rays: usize,
     /// Which sets of rays are traced; all by default.
     #[serde(default = "all_kinds")]
-    pub(crate) sets: Vec<Kind>,
+    pub(crate) sets: Vec<RayKind>,
     /// Names of engines, or their first letters; all engines by default.
     #[serde(default)]
     pub(crate) engines: Vec<String>,
@@ -41,7 +41,7 @@ pub(crate) struct Case {
     pub(crate) quick_engines: Vec<String>,
     /// How many rays of a set must hit something, in a full run and in a quick one.
     #[serde(default)]
-    pub(crate) hits: BTreeMap<Kind, Hits>,
+    pub(crate) hits: BTreeMap<RayKind, Hits>,
 }
 
 /// A camera as it is written in a case file.
@@ -73,8 +73,8 @@ pub(crate) struct Hits {
     pub(crate) quick: Option<usize>,
 }
 
-fn all_kinds() -> Vec<Kind> {
-    Kind::ALL.to_vec()
+fn all_kinds() -> Vec<RayKind> {
+    RayKind::ALL.to_vec()
 }
 
 /// The cases that come with the program and are always measured.
@@ -99,8 +99,8 @@ const KNOWN: [&str; 5] = [
 /// two. The start of a ray that begins at a hit depends on the rounding of libraries and compilers,
 /// and on which of two triangles at the same distance was hit. Four bounces add up: one in two
 /// hundred.
-pub(crate) fn leeway(kind: Kind, rays: usize) -> usize {
-    let one_in = if kind == Kind::Bounce4 { 200 } else { 1000 };
+pub(crate) fn leeway(kind: RayKind, rays: usize) -> usize {
+    let one_in = if kind == RayKind::Bounce4 { 200 } else { 1000 };
     rays / one_in + 2
 }
 
@@ -156,14 +156,14 @@ impl Case {
     }
 
     /// About how many rays a set has.
-    pub(crate) fn count(&self, kind: Kind, quick: bool) -> usize {
+    pub(crate) fn count(&self, kind: RayKind, quick: bool) -> usize {
         let count = if quick { self.quick_rays } else { self.rays };
-        if kind == Kind::DiffuseShuffled { 4 * count } else { count }
+        if kind == RayKind::DiffuseShuffled { 4 * count } else { count }
     }
 
     /// How many rays of a set must hit something, if that is known for a scene with this number of
     /// triangles.
-    pub(crate) fn expected(&self, kind: Kind, quick: bool, triangles: usize) -> Option<usize> {
+    pub(crate) fn expected(&self, kind: RayKind, quick: bool, triangles: usize) -> Option<usize> {
         if self.triangles.is_some_and(|known| known != triangles) {
             return None;
         }
@@ -189,8 +189,8 @@ mod tests {
 
     #[test]
     fn one_ray_in_a_thousand_may_differ_and_more_only_after_four_bounces() {
-        for kind in Kind::ALL {
-            let expected = if kind == Kind::Bounce4 { 52 } else { 12 };
+        for kind in RayKind::ALL {
+            let expected = if kind == RayKind::Bounce4 { 52 } else { 12 };
             assert_eq!(leeway(kind, 10_000), expected, "{kind:?}");
         }
     }
@@ -201,9 +201,9 @@ mod tests {
         let text = "name='x'\nseed=1\nrays=64\nquick_rays=64\nengines=['embree']\n[scene]\nkind='pile'\nseed=1\ntriangles=9\n[hits.axis]\nquick=5\n";
         let case = Case::parse(text).unwrap();
         assert!(case.wants("embree medium", true) && !case.wants("obvhs", false));
-        assert_eq!((case.expected(Kind::Axis, true, 9), case.expected(Kind::Axis, false, 9)), (Some(5), None));
-        assert_eq!((case.count(Kind::Axis, true), case.count(Kind::DiffuseShuffled, true)), (64, 256));
+        assert_eq!((case.expected(RayKind::Axis, true, 9), case.expected(RayKind::Axis, false, 9)), (Some(5), None));
+        assert_eq!((case.count(RayKind::Axis, true), case.count(RayKind::DiffuseShuffled, true)), (64, 256));
         let other = Case { triangles: Some(8), ..case };
-        assert_eq!(other.expected(Kind::Axis, true, 9), None);
+        assert_eq!(other.expected(RayKind::Axis, true, 9), None);
     }
 }

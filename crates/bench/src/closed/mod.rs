@@ -91,7 +91,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
     let level = Level::current().name();
     println!("{}, level {level}, seed {}, {}", machine::processor(), options.seed, machine::date());
     notes.iter().filter(|note| note.contains("Embree")).for_each(|note| println!("{note}"));
-    let mut tested: Vec<TestedEngine> = TESTED.iter().filter_map(|tested| found(&engines, tested)).collect();
+    let mut tested: Vec<TestedEngine> = TESTED.iter().filter_map(|tested| tested_engine(&engines, tested)).collect();
     let shapes = options.rays.div_ceil(RAYS_PER_SHAPE) as u64;
     let pool = ThreadPool::new(1)?;
     for number in 0..shapes {
@@ -131,7 +131,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, Failure> {
     Ok(tested.iter().all(|tested| !tested.engine.starts_with("kinetree") || tested.tally.is_clean()))
 }
 
-fn found(
+fn tested_engine(
     engines: &[Box<dyn Engine>],
     (name, settings, mode): &(&'static str, &[&str], CallMode),
 ) -> Option<TestedEngine> {

@@ -16,7 +16,7 @@ use crate::case::{Case, leeway};
 use crate::engine::{FAST_PRECISION_SUFFIX, Reference};
 use crate::exact::{closest_by_brute_force, crossing};
 use crate::ray::{Answer, Ray};
-use crate::rays::{Kind, Question, RaySet};
+use crate::rays::{QueryKind, RayKind, RaySet};
 use crate::report::WrongAnswers;
 use crate::soup::Soup;
 
@@ -27,7 +27,7 @@ const DISPUTE_TRIANGLE_TESTS: [usize; 2] = [40_000_000_000, 1_000_000_000];
 
 /// Wrong answers by engine (with the suffix of its batch), whether rays were traced one by one, and
 /// set.
-pub(crate) type Disagreements = BTreeMap<(String, bool, Kind), WrongAnswers>;
+pub(crate) type Disagreements = BTreeMap<(String, bool, RayKind), WrongAnswers>;
 
 /// The outcome of the comparison.
 #[derive(Debug, Default)]
@@ -80,7 +80,7 @@ fn reference_is_right(plan: &Plan, soup: &Soup, sets: &[RaySet], expected: &[Vec
         let right = closest_by_brute_force(soup, &rays);
         let disputes = disputes(&right, given.into_iter().map(EngineAnswer::Nearest));
         differences =
-            differences.and(ExactAnswers::default().differences(soup, &rays, &right, &disputes, Question::Closest));
+            differences.and(ExactAnswers::default().differences(soup, &rays, &right, &disputes, QueryKind::Closest));
     }
     log.print(&format!(
         "  exact search through all triangles: {} of {} answers of the reference differ, {} of them at edges",
@@ -121,7 +121,7 @@ fn compare_engines(
         let disputed: Vec<usize> = calls.flat_map(|call| &call.disputes).map(|dispute| dispute.ray).collect();
         let found = ExactAnswers::of(soup, &set.rays, disputed, &mut triangle_tests);
         (settled, unsettled) = (settled + found.settled(), unsettled + found.unsettled);
-        reference = reference.and(found.differences(soup, &set.rays, answers, &[], Question::Closest));
+        reference = reference.and(found.differences(soup, &set.rays, answers, &[], QueryKind::Closest));
         exact_answers.push(found);
     }
     if settled + unsettled > 0 {
@@ -155,9 +155,9 @@ fn count_wrong_answers(
     let mut notes = Vec::new();
     for call in calls {
         let set = &sets[call.set];
-        let (name, question) = (named(&built.name, call.batch.unwrap_or_default()), set.kind.question());
+        let (name, query_kind) = (named(&built.name, call.batch.unwrap_or_default()), set.kind.query_kind());
         let differences =
-            exact_answers[call.set].differences(soup, &set.rays, &expected[call.set], &call.disputes, question);
+            exact_answers[call.set].differences(soup, &set.rays, &expected[call.set], &call.disputes, query_kind);
         if differences.elsewhere() > 0 {
             notes.push(describe(&name, set, &differences, soup));
         }
@@ -297,10 +297,10 @@ mod tests {
         };
         let others = checked(&case, "blind");
         assert!(!others.kinetree_is_wrong && others.some_engine_differs);
-        assert!(others.disagreements[&("blind".into(), true, Kind::Primary)].elsewhere > 10);
+        assert!(others.disagreements[&("blind".into(), true, RayKind::Primary)].elsewhere > 10);
         assert!(checked(&case, "kinetree blind").kinetree_is_wrong);
 
-        case.hits.insert(Kind::Primary, crate::case::Hits { full: None, quick: Some(100_000) });
+        case.hits.insert(RayKind::Primary, crate::case::Hits { full: None, quick: Some(100_000) });
         assert!(checked(&case, "blind").kinetree_is_wrong);
     }
 }

@@ -5,7 +5,7 @@ use super::lineup::{BuiltEngine, named};
 use crate::agree::{Dispute, EngineAnswer, disputes};
 use crate::engine::Batch;
 use crate::ray::Answer;
-use crate::rays::{Question, RaySet};
+use crate::rays::{QueryKind, RaySet};
 
 /// The rays of one set on which an engine, called in one way, disagrees with the reference.
 pub(super) struct DisputedAnswers {
@@ -50,13 +50,13 @@ pub(super) fn collect_answers(
 
 /// The answers to a set of rays; `None` if the engine panics.
 fn answers(set: &RaySet, closest: impl Fn(&mut [Answer]), occluded: impl Fn(&mut [bool])) -> Option<Vec<EngineAnswer>> {
-    let ask = || match set.kind.question() {
-        Question::Closest => {
+    let ask = || match set.kind.query_kind() {
+        QueryKind::Closest => {
             let mut answers = vec![Answer::MISS; set.rays.len()];
             closest(&mut answers);
             answers.into_iter().map(EngineAnswer::Nearest).collect()
         }
-        Question::Occluded => {
+        QueryKind::Occluded => {
             let mut blocked = vec![false; set.rays.len()];
             occluded(&mut blocked);
             blocked.into_iter().map(EngineAnswer::Occluded).collect()

@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::engine::{Class, Engine, Reference};
 use crate::failure::Failure;
 use crate::ray::Ray;
-use crate::rays::{self, Kind};
+use crate::rays::{self, RayKind};
 use crate::report::{self, Record};
 use crate::scene::SceneChoice;
 
@@ -67,7 +67,7 @@ fn case(triangles: usize, plan: &Plan) -> Case {
         triangles: None,
         rays: 1 << 17,
         quick_rays: 1 << 13,
-        sets: if plan.quick { vec![Kind::Primary] } else { vec![Kind::Primary, Kind::Diffuse] },
+        sets: if plan.quick { vec![RayKind::Primary] } else { vec![RayKind::Primary, RayKind::Diffuse] },
         engines: Vec::new(),
         quick_engines: Vec::new(),
         hits: std::collections::BTreeMap::new(),

@@ -17,7 +17,7 @@ use crate::measure::clock::{ClockScope, Elapsed, Stopwatch};
 use crate::measure::pin::Pinned;
 use crate::measure::rounds::{Rounds, in_turn};
 use crate::ray::{Answer, Ray};
-use crate::rays::{Kind, Question, RaySet};
+use crate::rays::{QueryKind, RayKind, RaySet};
 use crate::report::{Metric, PerRay, Row, Unit};
 
 /// The number of rays that a thread takes at a time when several trace: whole tiles.
@@ -58,13 +58,13 @@ pub(crate) fn run(
 }
 
 /// Which sets are traced on all threads, too.
-fn scales(kind: Kind, quick: bool) -> bool {
-    kind == Kind::Primary || kind == Kind::Diffuse && !quick
+fn scales(kind: RayKind, quick: bool) -> bool {
+    kind == RayKind::Primary || kind == RayKind::Diffuse && !quick
 }
 
 /// Counts the work of a set of rays traced one by one, if the engine can count it.
 fn count(set: &RaySet, built: &BuiltEngine, log: &mut Log) -> Option<PerRay> {
-    let work = built.tree.count(&set.rays, set.kind.question())?;
+    let work = built.tree.count(&set.rays, set.kind.query_kind())?;
     let each = |count: u64| count as f64 / set.rays.len() as f64;
     let (nodes, blocks) = (each(work.nodes), each(work.blocks));
     // Both types consist of whole cache lines and are aligned to them.
@@ -128,14 +128,14 @@ impl Contender<'_> {
     }
 
     fn time(&self, set: &RaySet, threads: usize, buffers: &mut AnswerBuffers) -> Elapsed {
-        match (set.kind.question(), threads) {
-            (Question::Closest, 1) => on_one_core(|| self.closest(&set.rays, &mut buffers.answers)),
-            (Question::Occluded, 1) => on_one_core(|| self.occluded(&set.rays, &mut buffers.blocked)),
-            (Question::Closest, _) => {
+        match (set.kind.query_kind(), threads) {
+            (QueryKind::Closest, 1) => on_one_core(|| self.closest(&set.rays, &mut buffers.answers)),
+            (QueryKind::Occluded, 1) => on_one_core(|| self.occluded(&set.rays, &mut buffers.blocked)),
+            (QueryKind::Closest, _) => {
                 let job = |rays: &[Ray], answers: &mut [Answer]| self.closest(rays, answers);
                 on_threads(threads, self.chunk(set, threads), &set.rays, &mut buffers.answers, &job)
             }
-            (Question::Occluded, _) => {
+            (QueryKind::Occluded, _) => {
                 let job = |rays: &[Ray], blocked: &mut [bool]| self.occluded(rays, blocked);
                 on_threads(threads, self.chunk(set, threads), &set.rays, &mut buffers.blocked, &job)
             }

@@ -11,7 +11,7 @@ use super::thread_pool::ThreadPool;
 use crate::failure::Failure;
 use crate::level::OWN_BUILD;
 use crate::ray::{Answer, Ray};
-use crate::rays::Question;
+use crate::rays::QueryKind;
 use crate::soup::Soup;
 
 /// The kind of tree; trees are compared within a class.
@@ -108,7 +108,7 @@ pub(crate) trait Tree: Send + Sync {
     }
 
     /// Counts the work of tracing these rays, if the engine can.
-    fn count(&self, _rays: &[Ray], _question: Question) -> Option<Work> {
+    fn count(&self, _rays: &[Ray], _question: QueryKind) -> Option<Work> {
         None
     }
 }

@@ -13,7 +13,7 @@ use kinetree::Coherence;
 /// The kind of a set of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Kind {
+pub(crate) enum RayKind {
     /// From a pinhole camera, in tiles of 8x8 pixels.
     Primary,
     /// From the hits of primary rays, with cosine-weighted directions, in the order of the pixels.
@@ -33,14 +33,14 @@ pub(crate) enum Kind {
 
 /// What a set is traced for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Question {
+pub(crate) enum QueryKind {
     /// The nearest hit.
     Closest,
     /// Whether there is any hit.
     Occluded,
 }
 
-impl Kind {
+impl RayKind {
     /// All kinds, in the order of the tables.
     pub(crate) const ALL: [Self; 7] = [
         Self::Primary,
@@ -66,10 +66,10 @@ impl Kind {
     }
 
     /// What such a set is traced for.
-    pub(crate) fn question(self) -> Question {
+    pub(crate) fn query_kind(self) -> QueryKind {
         match self {
-            Self::Shadow | Self::ShadowShort => Question::Occluded,
-            _ => Question::Closest,
+            Self::Shadow | Self::ShadowShort => QueryKind::Occluded,
+            _ => QueryKind::Closest,
         }
     }
 
@@ -86,7 +86,7 @@ impl Kind {
 /// A set of rays.
 pub(crate) struct RaySet {
     /// What the rays are like.
-    pub(crate) kind: Kind,
+    pub(crate) kind: RayKind,
     /// The rays, in the order in which they are traced.
     pub(crate) rays: Vec<Ray>,
 }
@@ -95,30 +95,30 @@ pub(crate) struct RaySet {
 /// rays start; a set without rays, because nothing was hit, is left out.
 pub(crate) fn sets(
     scene: &BenchScene,
-    kinds: &[Kind],
-    count: &dyn Fn(Kind) -> usize,
+    kinds: &[RayKind],
+    count: &dyn Fn(RayKind) -> usize,
     seed: u64,
     trace: &dyn Fn(&[Ray]) -> Vec<Answer>,
 ) -> Vec<RaySet> {
-    let primary = first::primary(&scene.camera, count(Kind::Primary));
+    let primary = first::primary(&scene.camera, count(RayKind::Primary));
     let hit_points = bounce::HitPoints::of(&scene.soup, &primary, &trace(&primary));
-    let diffuse = |kind: Kind| hit_points.diffuse(count(kind), seed, 0);
-    let make = |kind: Kind| match kind {
-        Kind::Primary => primary.clone(),
-        Kind::Diffuse => diffuse(kind),
-        Kind::DiffuseShuffled => {
+    let diffuse = |kind: RayKind| hit_points.diffuse(count(kind), seed, 0);
+    let make = |kind: RayKind| match kind {
+        RayKind::Primary => primary.clone(),
+        RayKind::Diffuse => diffuse(kind),
+        RayKind::DiffuseShuffled => {
             let mut rays = diffuse(kind);
             crate::rng::Rng::new(seed, 0x5aff).shuffle(&mut rays);
             rays
         }
-        Kind::Bounce4 => (1..4).fold(diffuse(kind), |rays, bounce| {
+        RayKind::Bounce4 => (1..4).fold(diffuse(kind), |rays, bounce| {
             bounce::HitPoints::of(&scene.soup, &rays, &trace(&rays)).diffuse(count(kind), seed, bounce)
         }),
-        Kind::Shadow => hit_points.to_light(bounce::light(&scene.camera, &hit_points), count(kind)),
-        Kind::ShadowShort => {
+        RayKind::Shadow => hit_points.to_light(bounce::light(&scene.camera, &hit_points), count(kind)),
+        RayKind::ShadowShort => {
             hit_points.short(Vec3::from(scene.soup.bounds().extent()).length() * 0.02, count(kind), seed)
         }
-        Kind::Axis => first::axis_parallel(&scene.soup, count(kind), seed),
+        RayKind::Axis => first::axis_parallel(&scene.soup, count(kind), seed),
     };
     kinds.iter().map(|&kind| RaySet { kind, rays: make(kind) }).filter(|set| !set.rays.is_empty()).collect()
 }
@@ -132,13 +132,13 @@ mod tests {
     fn all() -> Vec<RaySet> {
         let scene = SceneChoice::Terrain { seed: 1, triangles: 4000 }.open().unwrap();
         let reference = Reference::of(&scene.soup).unwrap();
-        sets(&scene, &Kind::ALL, &|_| 1000, 7, &|rays| reference.closest(&scene.soup, rays))
+        sets(&scene, &RayKind::ALL, &|_| 1000, 7, &|rays| reference.closest(&scene.soup, rays))
     }
 
     #[test]
     fn ray_sets_are_the_same_every_time() {
         let (one, other) = (all(), all());
-        assert_eq!(one.len(), Kind::ALL.len());
+        assert_eq!(one.len(), RayKind::ALL.len());
         for (a, b) in one.iter().zip(&other) {
             assert_eq!(a.kind, b.kind);
             assert_eq!(a.rays, b.rays, "{}", a.kind.name());
@@ -153,7 +153,7 @@ mod tests {
                 let direction = Vec3::from(ray.direction);
                 assert!(direction.is_normalized() && Vec3::from(ray.origin).is_finite() && ray.t_max > 0.0);
                 let axes = ray.direction.iter().filter(|d| **d != 0.0).count();
-                assert!(set.kind != Kind::Axis || axes == 1);
+                assert!(set.kind != RayKind::Axis || axes == 1);
             }
         }
     }
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn shuffling_keeps_the_rays() {
         let sets = all();
-        let sorted = |kind: Kind| {
+        let sorted = |kind: RayKind| {
             let set = sets.iter().find(|set| set.kind == kind).unwrap();
             let mut keys: Vec<[u32; 6]> = set
                 .rays
@@ -172,6 +172,6 @@ mod tests {
             keys.sort_unstable();
             keys
         };
-        assert_eq!(sorted(Kind::Diffuse), sorted(Kind::DiffuseShuffled));
+        assert_eq!(sorted(RayKind::Diffuse), sorted(RayKind::DiffuseShuffled));
     }
 }

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 
 use super::row::{GROWTH, Metric, Row};
 use crate::engine::Mode;
-use crate::rays::Kind;
+use crate::rays::RayKind;
 
 /// The columns of the chart.
-const KINDS: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
+const KINDS: [RayKind; 3] = [RayKind::Primary, RayKind::Diffuse, RayKind::Shadow];
 /// Widths of a column's names, bars and numbers, and heights of a bar and of the heading, pixels.
 const LEFT: f64 = 150.0;
 const WIDTH: f64 = 200.0;
@@ -34,7 +34,7 @@ pub(crate) fn chart(rows: &[Row], title: &str) -> String {
             cases.push(&row.case);
         }
     }
-    let panel = |case: &str, kind: Kind| {
+    let panel = |case: &str, kind: RayKind| {
         let shown = |row: &&Row| {
             let single = row.mode == Some(Mode::Single) && row.threads == 1;
             single && row.rays == Some(kind) && row.case == case

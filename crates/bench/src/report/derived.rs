@@ -7,10 +7,10 @@ use super::record::Record;
 use super::row::{GROWTH, Metric, Row};
 use crate::engine::Mode;
 use crate::measure::statistics::{LogRatios, Spread};
-use crate::rays::Kind;
+use crate::rays::RayKind;
 
 /// The rays of a picture, a third of each kind.
-const MIX: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
+const MIX: [RayKind; 3] = [RayKind::Primary, RayKind::Diffuse, RayKind::Shadow];
 
 /// The median of each process; 0 for a process without times.
 fn medians(times: &[Vec<f64>]) -> Vec<f64> {
@@ -29,7 +29,7 @@ impl Record {
         })
     }
 
-    pub(super) fn single(&self, case: &str, engine: &str, kind: Kind, threads: usize) -> Option<&Row> {
+    pub(super) fn single(&self, case: &str, engine: &str, kind: RayKind, threads: usize) -> Option<&Row> {
         self.rows.iter().find(|row| {
             row.rays == Some(kind)
                 && row.mode == Some(Mode::Single)
@@ -41,7 +41,7 @@ impl Record {
 
     /// Nanoseconds per ray of the mix, by process.
     fn mixed(&self, case: &str, engine: &str) -> Option<Vec<f64>> {
-        let each = |kind: Kind| {
+        let each = |kind: RayKind| {
             let row = self.single(case, engine, kind, 1)?;
             Some(medians(&row.times).iter().map(|time| time / row.count.max(1) as f64 * 1e9).collect::<Vec<f64>>())
         };
@@ -63,7 +63,7 @@ impl Record {
 
     /// The scaling of `ours` over that of `rival`, for builds or for a kind of rays, in every case
     /// that has both.
-    pub(super) fn scalings(&self, rays: Option<Kind>, (ours, rival): (&str, &str)) -> Vec<CaseRatio> {
+    pub(super) fn scalings(&self, rays: Option<RayKind>, (ours, rival): (&str, &str)) -> Vec<CaseRatio> {
         let row = |case: &str, engine: &str, threads| match rays {
             None => self.build(case, engine, threads),
             Some(kind) => self.single(case, engine, kind, threads),

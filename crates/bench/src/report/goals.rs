@@ -7,7 +7,7 @@ use super::record::{Record, TreeNote};
 use super::row::{GROWTH, Metric, Row};
 use crate::engine::{Class, Mode};
 use crate::measure::statistics::LogRatios;
-use crate::rays::Kind;
+use crate::rays::RayKind;
 
 /// The class, the setting of kinetree, the setting of Embree, and the name of the class.
 const CLASSES: [(Class, &str, &str, &str); 2] =
@@ -60,7 +60,7 @@ impl Record {
     }
 }
 
-fn is_single(row: &Row, kind: Kind, class: Class, robust: bool) -> bool {
+fn is_single(row: &Row, kind: RayKind, class: Class, robust: bool) -> bool {
     row.rays == Some(kind)
         && row.mode == Some(Mode::Single)
         && row.threads == 1
@@ -72,8 +72,8 @@ type ClassRow = (Class, &'static str, &'static str, &'static str);
 
 /// Goals for single calls.
 fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Goal>) {
-    let sets = [(Kind::Primary, 1.3), (Kind::Diffuse, 1.3), (Kind::Shadow, 1.5), (Kind::ShadowShort, 1.5)];
-    let mut add = |kind: Kind, what: &str, target, found| {
+    let sets = [(RayKind::Primary, 1.3), (RayKind::Diffuse, 1.3), (RayKind::Shadow, 1.5), (RayKind::ShadowShort, 1.5)];
+    let mut add = |kind: RayKind, what: &str, target, found| {
         all.push(Goal {
             what: format!("{classes} | {}, single calls, {what}", kind.name()),
             target,
@@ -96,7 +96,7 @@ fn rays(record: &Record, (class, _, _, classes): ClassRow, all: &mut Vec<Goal>) 
 /// Goals for batches.
 fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mut Vec<Goal>) {
     let (_, name, _, classes) = CLASSES[usize::from(class == Class::Best)];
-    let batch = |kind: Kind, robust: bool| {
+    let batch = |kind: RayKind, robust: bool| {
         move |row: &Row| {
             let same = row.rays == Some(kind) && row.mode == Some(Mode::Batch) && row.threads == 1;
             same && row.class == class && row.robust == robust
@@ -105,20 +105,20 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
     for robust in [false, true] {
         let how = if robust { "watertight" } else { "Precision::Fast" };
         let packet = |row: &Row| {
-            let same = row.rays == Some(Kind::Primary) && row.mode == Some(Mode::Packet) && row.threads == 1;
+            let same = row.rays == Some(RayKind::Primary) && row.mode == Some(Mode::Packet) && row.threads == 1;
             same && row.class == class && !row.robust
         };
-        let found = record.pairs(batch(Kind::Primary, robust), packet);
+        let found = record.pairs(batch(RayKind::Primary, robust), packet);
         let what = format!("{classes} | primary, coherent batch, {how} over Embree's best fast packets");
         all.push(Goal { what, target: Target::AtLeast(0.9, 1.2), found, alone: false });
 
         let shuffled = |row: &Row| {
-            let same = row.rays == Some(Kind::DiffuseShuffled) && row.threads == 1;
+            let same = row.rays == Some(RayKind::DiffuseShuffled) && row.threads == 1;
             same && !row.is_kinetree() && row.class == class && !row.robust
         };
         let sorted = |row: &Row| row.engine.ends_with(" sorted");
-        let plain = record.pairs(batch(Kind::DiffuseShuffled, robust), |row| shuffled(row) && !sorted(row));
-        let beside = record.pairs(batch(Kind::DiffuseShuffled, robust), |row| shuffled(row) && sorted(row));
+        let plain = record.pairs(batch(RayKind::DiffuseShuffled, robust), |row| shuffled(row) && !sorted(row));
+        let beside = record.pairs(batch(RayKind::DiffuseShuffled, robust), |row| shuffled(row) && sorted(row));
         let is_large =
             |found: &CaseRatio| record.tree(&found.case, name).is_some_and(|tree| tree.bytes > 10 * second_cache);
         let (large, small): (Vec<CaseRatio>, Vec<CaseRatio>) = plain.into_iter().partition(is_large);
@@ -137,7 +137,7 @@ fn batches(record: &Record, (class, ..): ClassRow, second_cache: usize, all: &mu
 fn thin(record: &Record, all: &mut Vec<Goal>) {
     for robust in [false, true] {
         let how = if robust { "watertight" } else { "Precision::Fast" };
-        for kind in [Kind::Primary, Kind::Diffuse] {
+        for kind in [RayKind::Primary, RayKind::Diffuse] {
             let is = |row: &Row| is_single(row, kind, Class::Best, robust);
             let others = |row: &Row| !row.is_kinetree() && is_single(row, kind, Class::Best, false);
             let mut found = record.pairs(is, others);
@@ -180,7 +180,7 @@ fn builds(record: &Record, all: &mut Vec<Goal>) {
     // With `Precision::Fast`, like Embree's default, if that was measured.
     let tracing = |case: &str, engine: &str| {
         let other = loose(engine);
-        if record.single(case, &other, Kind::Primary, 1).is_some() { other } else { engine.to_owned() }
+        if record.single(case, &other, RayKind::Primary, 1).is_some() { other } else { engine.to_owned() }
     };
     let compare = |ours: &'static str, rival: &'static str| {
         let is =
@@ -225,7 +225,7 @@ fn rest(record: &Record, all: &mut Vec<Goal>) {
             record.scalings(None, (ours, rival)),
             false,
         );
-        for kind in [Kind::Primary, Kind::Diffuse] {
+        for kind in [RayKind::Primary, RayKind::Diffuse] {
             let found = record.scalings(Some(kind), (ours, rival));
             add(format!("scaling of {}, {ours} over {rival}, aim 1.9 by itself", kind.name()), target, found, false);
         }

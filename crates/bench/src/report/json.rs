@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::row::{Metric, Row, Unit};
 use crate::engine::Mode;
-use crate::rays::Kind;
+use crate::rays::RayKind;
 
 /// The fields of a row in the JSON results.
 #[derive(Serialize)]
@@ -15,7 +15,7 @@ struct Published<'a> {
     engine: &'a str,
     instructions: &'a str,
     metric: Metric,
-    rays: Option<Kind>,
+    rays: Option<RayKind>,
     mode: Option<Mode>,
     robust: bool,
     threads: usize,

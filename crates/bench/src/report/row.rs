@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{Class, Mode};
 use crate::measure::clock::Elapsed;
 use crate::measure::statistics::{LogRatios, Spread};
-use crate::rays::Kind;
+use crate::rays::RayKind;
 
 /// Begins the names of the cases of the growth series; the number of triangles follows.
 pub(crate) const GROWTH: &str = "growth ";
@@ -91,7 +91,7 @@ pub(crate) struct Row {
     /// What was measured.
     pub(crate) metric: Metric,
     /// The kind of rays, for traces.
-    pub(crate) rays: Option<Kind>,
+    pub(crate) rays: Option<RayKind>,
     /// How rays were handed over, for traces.
     pub(crate) mode: Option<Mode>,
     /// The instructions that the engine uses, see
@@ -185,7 +185,7 @@ impl Row {
     /// Whether the other shows how another engine traces rays for which kinetree takes a batch: by
     /// single calls, since it has no batches for such rays.
     fn is_substitute(&self, other: &Self) -> bool {
-        let rays_without_batches = self.mode == Some(Mode::Batch) && self.rays == Some(Kind::DiffuseShuffled);
+        let rays_without_batches = self.mode == Some(Mode::Batch) && self.rays == Some(RayKind::DiffuseShuffled);
         let same = (&self.case, self.metric, self.rays, self.threads)
             == (&other.case, other.metric, other.rays, other.threads);
         rays_without_batches && same
@@ -214,7 +214,7 @@ pub(crate) fn example(engine: &str, class: Class, robust: bool, times: &[f64]) -
         case: "race".into(),
         engine: engine.into(),
         metric: Metric::Trace,
-        rays: Some(Kind::Primary),
+        rays: Some(RayKind::Primary),
         mode: Some(Mode::Single),
         instructions: "avx2".into(),
         robust,
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn only_batches_of_shuffled_rays_are_compared_with_single_calls() {
-        for (rays, found) in [(Kind::DiffuseShuffled, true), (Kind::Primary, false)] {
+        for (rays, found) in [(RayKind::DiffuseShuffled, true), (RayKind::Primary, false)] {
             let ours = example("kinetree", Class::Fast, true, &[1.0]);
             let ours = Row { rays: Some(rays), mode: Some(Mode::Batch), ..ours };
             let other = Row { rays: Some(rays), ..example("embree", Class::Fast, true, &[2.0]) };

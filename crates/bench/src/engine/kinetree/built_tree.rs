@@ -7,7 +7,7 @@ use kinetree::{Coherence, Hit, Snapshot, Work};
 
 use crate::engine::interface::{Batch, Facts, Mode, Tree};
 use crate::ray::{Answer, Ray};
-use crate::rays::Question;
+use crate::rays::QueryKind;
 
 /// A committed frame.
 pub(super) struct BuiltTree {
@@ -57,13 +57,13 @@ impl Tree for BuiltTree {
         }
     }
 
-    fn count(&self, rays: &[Ray], question: Question) -> Option<Work> {
+    fn count(&self, rays: &[Ray], query_kind: QueryKind) -> Option<Work> {
         let mut work = Work::default();
         let query = self.view.query();
         for ray in rays {
-            match question {
-                Question::Closest => drop(query.closest_hit_counted(&engine_ray(ray), &mut work)),
-                Question::Occluded => drop(query.occluded_counted(&engine_ray(ray), &mut work)),
+            match query_kind {
+                QueryKind::Closest => drop(query.closest_hit_counted(&engine_ray(ray), &mut work)),
+                QueryKind::Occluded => drop(query.occluded_counted(&engine_ray(ray), &mut work)),
             }
         }
         Some(work)
