@@ -20,7 +20,7 @@
 //! mill.player.go_to(&mut scene, &Clip::Name("turn".into()), 0.25)?;
 //! let view = scene.commit();
 //! let hit = view.closest_hit(&Ray::new([10.0, 1.0, 5.0], [0.0, 0.0, -1.0])).expect("the tower");
-//! let material = mill.material(view.instance_id(&hit), hit.primitive).expect("it is of this file");
+//! let material = mill.material(view.instance_id(&hit), hit.primitive).expect("of this file");
 //! assert_eq!(material.base_color, [0.5, 0.45, 0.4, 1.0]);
 //!
 //! mill.remove(&mut scene)?;
