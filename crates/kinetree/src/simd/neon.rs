@@ -1,6 +1,7 @@
 //! Four lanes to a register: what every 64-bit ARM processor has.
 //!
-//! Eight lanes are two registers and sixteen are four, so their arithmetic is that of four lanes, register by register.
+//! Eight lanes are two registers and sixteen are four, so their arithmetic is that of four lanes,
+//! register by register.
 
 use std::arch::aarch64::*;
 
@@ -25,44 +26,49 @@ impl Neon {
         unsafe { with(self, kernel) }
     }
 
-    /// Bits as signed whole numbers.
+    /// The larger one by bits as signed integers.
     #[inline(always)]
     fn max_bits4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vreinterpretq_f32_s32(vmaxq_s32(vreinterpretq_s32_f32(a), vreinterpretq_s32_f32(b))) }
     }
 
+    /// The smaller one by bits as signed integers.
     #[inline(always)]
     fn min_bits4(self, a: float32x4_t, b: float32x4_t) -> float32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vreinterpretq_f32_s32(vminq_s32(vreinterpretq_s32_f32(a), vreinterpretq_s32_f32(b))) }
     }
 
+    /// All bits of the lanes where `a < b` by bits as signed integers.
     #[inline(always)]
-    fn lanes_before4(self, a: float32x4_t, b: float32x4_t) -> uint32x4_t {
+    fn lanes_lt_bits4(self, a: float32x4_t, b: float32x4_t) -> uint32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vcltq_s32(vreinterpretq_s32_f32(a), vreinterpretq_s32_f32(b)) }
     }
 
+    /// All bits of the lanes where `a <= b`.
     #[inline(always)]
     fn lanes_le4(self, a: float32x4_t, b: float32x4_t) -> uint32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vcleq_f32(a, b) }
     }
 
+    /// All bits of the lanes where `a == b`.
     #[inline(always)]
     fn lanes_eq4(self, a: float32x4_t, b: float32x4_t) -> uint32x4_t {
         // SAFETY: `self` proves NEON.
         unsafe { vceqq_f32(a, b) }
     }
 
-    /// A bit for each lane. All bits of a lane are the same.
+    /// A bit per lane, of lanes whose bits are all set or all clear.
     #[inline(always)]
     fn mask4(self, lanes: uint32x4_t) -> u32 {
         // SAFETY: `self` proves NEON; four integers are read from an array of four.
         unsafe { vaddvq_u32(vandq_u32(lanes, vld1q_u32([1, 2, 4, 8].as_ptr()))) }
     }
 
+    /// As `mask4`, of eight lanes: halves of lanes are side by side in one register.
     #[inline(always)]
     fn mask8(self, [low, high]: [uint32x4_t; 2]) -> u32 {
         // SAFETY: `self` proves NEON; eight integers are read from an array of eight.
@@ -72,6 +78,7 @@ impl Neon {
         }
     }
 
+    /// As `mask4`, of sixteen lanes.
     #[inline(always)]
     fn mask16(self, lanes: [uint32x4_t; 4]) -> u32 {
         // SAFETY: `self` proves NEON; eight integers are read from each array of eight.
@@ -133,7 +140,7 @@ impl Lanes<Neon> for float32x4_t {
         unsafe { vdivq_f32(self, b) }
     }
 
-    /// Rounded once. Negating `c` is taken out of loops in which it stays the same.
+    /// Rounded once. The compiler hoists the negation of `c` out of loops in which `c` is constant.
     #[inline(always)]
     fn mul_sub(self, _: Neon, b: Self, c: Self) -> Self {
         // SAFETY: the level proves NEON.
@@ -157,13 +164,14 @@ impl Lanes<Neon> for float32x4_t {
         unsafe { vfmsq_f32(c, self, b) }
     }
 
-    /// The instruction for it gives NaN where the second operand is asked for.
+    /// By comparison: the instruction for it, `fmax`, returns NaN where `b` is to be returned.
     #[inline(always)]
     fn max(self, _: Neon, b: Self) -> Self {
         // SAFETY: the level proves NEON.
         unsafe { vbslq_f32(vcgtq_f32(self, b), self, b) }
     }
 
+    /// By comparison, as `max`.
     #[inline(always)]
     fn min(self, _: Neon, b: Self) -> Self {
         // SAFETY: the level proves NEON.
@@ -182,7 +190,7 @@ impl Lanes<Neon> for float32x4_t {
     }
 }
 
-/// Operations of several registers, each by itself.
+/// The arithmetic of several registers, register by register; `$mask` makes the mask of all lanes.
 macro_rules! by_register {
     ($count:literal, $array:ty, $mask:ident, |$load:ident| $loaded:expr, |$store:ident, $out:ident| $stored:expr) => {
         impl Lanes<Neon> for [float32x4_t; $count] {
@@ -266,7 +274,7 @@ impl Isa for Neon {
 
     #[inline(always)]
     fn largest_of_three(self, x: float32x4_t) -> float32x4_t {
-        // SAFETY: `self` proves NEON. Sizes order like their bits.
+        // SAFETY: `self` proves NEON. Magnitudes order as their bits do, NaN above infinity.
         unsafe {
             let size = vreinterpretq_u32_f32(vabsq_f32(x));
             vreinterpretq_f32_u32(vdupq_n_u32(vmaxvq_u32(vsetq_lane_u32::<3>(0, size))))
@@ -348,7 +356,8 @@ impl Isa for Neon {
     #[inline(always)]
     fn zip_u64(self, upper: Self::F8, lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
-        // SAFETY: `self` proves NEON; four words are read from each half of an array of eight, and twice two numbers are written to each half of one of eight.
+        // SAFETY: `self` proves NEON; four words are read from each half of an array of eight, and
+        // two numbers are written to each quarter of another.
         unsafe {
             for half in 0..2 {
                 let (lower, upper) = (vld1q_u32(lower.as_ptr().add(4 * half)), vreinterpretq_u32_f32(upper[half]));
@@ -361,7 +370,7 @@ impl Isa for Neon {
 
     #[inline(always)]
     fn lt_bits(self, a: Self::F8, b: Self::F8) -> u32 {
-        self.mask8([self.lanes_before4(a[0], b[0]), self.lanes_before4(a[1], b[1])])
+        self.mask8([self.lanes_lt_bits4(a[0], b[0]), self.lanes_lt_bits4(a[1], b[1])])
     }
 
     #[inline(always)]
