@@ -27,7 +27,7 @@
 //! | | |
 //! |---|---|
 //! | default light and camera | `lighting`, `framing` |
-//! | from a frame to a film to bytes | `render`, `film`, `metering`, `tonemap` |
+//! | from a frame to a film to bytes | `settings`, `render`, `film`, `metering`, `tonemap` |
 //! | integrators | `integrate`: `simple_path` first, then `path`, then `wavefront`; `coherent_runs` |
 //! | rays through a frame | `scene_context`, `tracer` |
 //! | shading | `shading_attributes`, `interaction`, `scatter`, `thin_glass` |
@@ -47,6 +47,7 @@ mod render;
 mod sampler;
 mod scatter;
 mod scene_context;
+mod settings;
 mod shading_attributes;
 mod thin_glass;
 mod tonemap;
@@ -60,8 +61,9 @@ pub use integrate::{
 };
 pub use lighting::{daylight, default_lighting, is_dark};
 pub use metering::metered_exposure;
-pub use render::{MAX_PIXELS, MAX_SIDE, Progress, RenderError, Rendered, Settings, render, render_with};
+pub use render::{Progress, Rendered, render, render_with};
 pub use sampler::Sampler;
 pub use scene_context::SceneContext;
+pub use settings::{MAX_PIXELS, MAX_SIDE, RenderError, Settings};
 pub use tonemap::{automatic_exposure, encode_srgb, tone_map};
 pub use tracer::Tracer;

@@ -11,48 +11,7 @@ use kinetree::Ray;
 use kinetree_world::{Camera, CameraProjection, Frame};
 use rayon::prelude::*;
 
-use crate::{Film, Integrator, IntegratorKind, Sampler, SceneContext, Tracer};
-
-/// The size, sampling and integrator of a picture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Pixels in a row, 1 to 65536.
-    pub width: u32,
-    /// Rows, 1 to 65536.
-    pub height: u32,
-    /// Samples per pixel, at least 1.
-    pub spp: u32,
-    /// Index of the first sample. The mean of the pictures of samples 0..8 and 8..16 is that of
-    /// 0..16.
-    pub first_sample: u32,
-    /// Seeds the sampler: another seed gives other noise.
-    pub seed: u64,
-    /// The number of threads; `None` for rayon's global pool. The picture does not depend on it.
-    pub threads: Option<usize>,
-    /// What the picture shows.
-    pub integrator: IntegratorKind,
-    /// How often a path may scatter.
-    pub max_depth: u32,
-    /// Upper bound of a single contribution from beyond the first bounce, radiance; biased, and
-    /// therefore off by default.
-    pub clamp: Option<f32>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            width: 1280,
-            height: 720,
-            spp: 16,
-            first_sample: 0,
-            seed: 0,
-            threads: None,
-            integrator: IntegratorKind::Path,
-            max_depth: 64,
-            clamp: None,
-        }
-    }
-}
+use crate::{Film, Integrator, RenderError, Sampler, SceneContext, Settings, Tracer};
 
 /// The progress of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,45 +39,6 @@ pub struct Rendered {
     pub trace_time: Duration,
 }
 
-/// Why there is no picture.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RenderError {
-    /// A side is zero or beyond the limit, or there are too many pixels.
-    #[error(
-        "a picture of {width} x {height} pixels cannot be made: sides go from 1 to {MAX_SIDE}, pixels up to {MAX_PIXELS}"
-    )]
-    Size {
-        /// As asked for.
-        width: u32,
-        /// As asked for.
-        height: u32,
-    },
-    /// No samples, or sample indices of 2^32 and more.
-    #[error("{spp} samples per pixel from number {first} on cannot be taken: at least 1, and numbers below 2^32")]
-    Samples {
-        /// As asked for.
-        spp: u32,
-        /// As asked for.
-        first: u32,
-    },
-    /// The thread pool could not be made.
-    #[error("{count} threads cannot be had: {reason}")]
-    Threads {
-        /// As asked for.
-        count: usize,
-        /// The reason.
-        reason: String,
-    },
-    /// The caller asked to stop.
-    #[error("stopped before the picture was finished")]
-    Stopped,
-}
-
-/// Longest side, pixels.
-pub const MAX_SIDE: u32 = 65_536;
-/// Largest number of pixels: with twelve bytes each, 1.5 GiB.
-pub const MAX_PIXELS: u64 = 1 << 27;
 /// Largest number of threads.
 const MAX_THREADS: usize = 1024;
 /// Side of a tile, pixels.
@@ -151,7 +71,7 @@ pub fn render_with(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Rendered, RenderError> {
-    check(settings)?;
+    settings.check()?;
     let start = Instant::now();
     let context = SceneContext::new(frame);
     let prepare_time = start.elapsed();
@@ -172,18 +92,6 @@ pub fn render_with(
     let trace_time = start.elapsed() - prepare_time;
     let is_display_ready = integrator.is_display_ready();
     Ok(Rendered { film, is_display_ready, rays, lost_samples, prepare_time, trace_time })
-}
-
-fn check(settings: &Settings) -> Result<(), RenderError> {
-    let &Settings { width, height, spp, first_sample: first, .. } = settings;
-    let sides = 1..=MAX_SIDE;
-    if !sides.contains(&width) || !sides.contains(&height) || u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(RenderError::Size { width, height });
-    }
-    if spp == 0 || first.checked_add(spp).is_none() {
-        return Err(RenderError::Samples { spp, first });
-    }
-    Ok(())
 }
 
 /// Runs `work` on a pool of its own with a number of threads, or on the global pool.

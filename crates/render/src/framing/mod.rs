@@ -13,6 +13,7 @@
 mod backdrop;
 mod moving_objects;
 mod candidates;
+mod dense;
 mod screen;
 mod portrait;
 mod region;

@@ -8,7 +8,8 @@ use super::{BACKGROUND, Integrator, shaded};
 use crate::interaction::SurfaceInteraction;
 use crate::{Sampler, SceneContext, Tracer};
 
-/// The motion of meshes as colours: grey is static, blue rigid, green deforming, red dynamic, purple any other.
+/// The motion of meshes as colours: grey is static, blue rigid, green deforming, red dynamic,
+/// purple any other.
 #[derive(Debug, Clone, Copy)]
 pub struct Motions;
 
