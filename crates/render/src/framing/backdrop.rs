@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 
 use super::dense::dense_interval;
-use super::region::{Sample, bounding_box};
+use super::samples::{Sample, bounding_box};
 
 /// A backdrop is at least this many times as large, along every axis, as the dense part of the
 /// rest. A room is less.

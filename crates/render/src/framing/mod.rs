@@ -17,6 +17,7 @@ mod dense;
 mod screen;
 mod portrait;
 mod region;
+mod samples;
 mod score;
 mod view_statistics;
 mod subject;

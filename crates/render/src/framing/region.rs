@@ -14,6 +14,7 @@ use kinetree_world::Frame;
 
 use super::backdrop;
 use super::dense::dense_interval;
+use super::samples::{Sample, bounding_box, samples};
 
 /// The region of interest, with points that represent the surfaces in it.
 #[derive(Debug, Clone)]
@@ -36,8 +37,6 @@ pub(super) struct Objects {
 /// The approximate number of points that represent the region.
 const POINTS: usize = 256;
 
-/// The approximate number of triangles that are sampled.
-const SAMPLES: usize = 20_000;
 /// The largest weight of a triangle, in median areas: a ground of two triangles must not outweigh
 /// what stands on it.
 const MAX_WEIGHT: f64 = 8.0;
@@ -48,15 +47,6 @@ const MOSTLY_INSIDE: f64 = 0.5;
 const MAX_RELATIVE_SIZE: f32 = 2.5;
 /// The region becomes its objects if they make up this part of its weight.
 const NEARLY_ALL: f64 = 0.8;
-
-/// A triangle that represents its neighbours in the order of the mesh.
-pub(super) struct Sample {
-    pub(super) instance: u32,
-    corners: [Vec3; 3],
-    pub(super) center: Vec3,
-    area: f64,
-    represents: f64,
-}
 
 impl Region {
     /// `None` for a frame without triangles.
@@ -158,35 +148,4 @@ impl InstanceSamples {
         self.weight += weight;
         self.inside += if is_inside { weight } else { 0.0 };
     }
-}
-
-/// The bounding box of points.
-pub(super) fn bounding_box(points: &[Vec3]) -> (Vec3, Vec3) {
-    points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), &point| (min.min(point), max.max(point)))
-}
-
-/// Samples triangles at a constant stride through all instances, in order, without those that have
-/// no area.
-fn samples(frame: &Frame) -> Vec<Sample> {
-    let total: usize = frame.snapshot.instances().map(|instance| instance.triangles().len()).sum();
-    let stride = total.div_ceil(SAMPLES).max(1);
-    let mut samples = Vec::new();
-    // Index of the next sample, counted from the first triangle of the instance.
-    let mut next = 0;
-    for instance in frame.snapshot.instances() {
-        let (triangles, placement) = (instance.triangles(), instance.world_from_object());
-        while next < triangles.len() {
-            let corners = triangles[next]
-                .map(|vertex| Vec3::from(placement.transform_point(instance.positions()[vertex as usize])));
-            let [a, b, c] = corners.map(Vec3::as_dvec3);
-            let (center, area) = ((a + b + c) / 3.0, 0.5 * (b - a).cross(c - a).length());
-            if center.is_finite() && area.is_finite() && area > 0.0 {
-                let (instance, center) = (instance.index(), center.as_vec3());
-                samples.push(Sample { instance, corners, center, area, represents: stride as f64 });
-            }
-            next += stride;
-        }
-        next -= triangles.len();
-    }
-    samples
 }
