@@ -7,6 +7,7 @@
 mod agglomerate;
 mod binned;
 mod cluster;
+mod cost;
 mod cut;
 mod fast_box;
 mod grow;
@@ -16,6 +17,7 @@ mod options;
 mod radix_sort;
 mod reference;
 mod reinsert;
+mod small;
 mod spatial;
 mod triangles;
 mod with_progress;

@@ -2,6 +2,7 @@
 
 use super::cluster::clustered_from_branches;
 use super::reinsert::reinsert;
+use super::small::{MAX_SMALL, build_small};
 use super::{BuildOptions, Quality, build_clustered, build_spatial};
 use crate::geometry::Triangles;
 use crate::tree::Bvh;
@@ -24,6 +25,7 @@ pub fn build_triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
     let bounds_of = |triangle| triangles.bounds_of(triangle);
     let clustered = || build_clustered(triangles.len(), bounds_of, &full);
     match options.quality {
+        Quality::Fastest if triangles.len() <= MAX_SMALL => build_small(triangles),
         Quality::Fastest => clustered_from_branches(triangles.len(), bounds_of, &full),
         Quality::Fast => reinsert(clustered(), &FAST_BATCHES, &options.threads),
         Quality::Balanced => reinsert(clustered(), &BALANCED_BATCHES, &options.threads),

@@ -39,6 +39,12 @@ impl Aabb {
         (0..3).any(|axis| self.min[axis] > self.max[axis])
     }
 
+    /// Whether the box contains a point. An inverted box, and one with a NaN, does not.
+    #[inline]
+    pub(crate) fn has_point(&self) -> bool {
+        (0..3).all(|axis| self.min[axis] <= self.max[axis])
+    }
+
     /// The smallest box around both.
     #[inline]
     #[must_use]

@@ -62,6 +62,15 @@ pub(crate) fn fill_in_chunks<T: Copy + Send, R: Send>(
     write: &(impl Fn(usize, &mut ChunkWriter<'_, T>) -> R + Sync),
 ) -> (Vec<T>, Vec<R>) {
     assert!(list.is_empty(), "a list that is written from its start");
+    if count <= chunk {
+        // One chunk needs no list of chunks, which takes longer to allocate than many a chunk to fill.
+        let mut writer = ChunkWriter { memory: &mut list.spare_capacity_mut()[..count], len: 0 };
+        let found = if count > 0 { vec![write(0, &mut writer)] } else { Vec::new() };
+        assert!(writer.len == count, "a chunk is not full");
+        // SAFETY: the chunk covers the first `count` values, and has been written to its end.
+        unsafe { list.set_len(count) };
+        return (list, found);
+    }
     let memories = list.spare_capacity_mut()[..count].chunks_mut(chunk);
     let mut work: Vec<(ChunkWriter<'_, T>, Option<R>)> =
         memories.map(|memory| (ChunkWriter { memory, len: 0 }, None)).collect();

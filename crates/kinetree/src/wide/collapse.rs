@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::collapse_costs::{CollapseCosts, Subtree};
 use super::node::LANES;
+use super::one_node::{MAX_NODES, collapse_to_one_node};
 use super::{WideBvh, WideLink, WideNode};
 use crate::memory::vec_in_large_pages;
 use crate::simd::{Isa, Kernel, Level};
@@ -65,6 +66,10 @@ pub(crate) trait Items: Send + Sync {
 
 /// Collapses a binary tree. Leaves are added to `items` in depth-first order.
 pub(crate) fn collapse<U: Items>(binary: &Bvh, costs: &Costs, threads: &Threads, items: &mut U) -> WideBvh {
+    if (1..=MAX_NODES).contains(&binary.node_count()) {
+        threads.begin_stage(1.0, 1);
+        return collapse_to_one_node(binary, costs, items);
+    }
     write(binary, costs, threads, items, binary.node_count() > MAX_UNDIVIDED && !threads.is_single_and_unobserved())
 }
 
@@ -149,15 +154,16 @@ impl<U: Items> Part<U> {
             lanes.select(from);
             let before = open.len();
             for (lane, root) in lanes.found.iter().enumerate() {
-                node.set_box(lane, &lanes.binary.nodes()[root.node as usize].bounds);
-                node.in_use |= 1 << lane;
+                let bounds = &lanes.binary.nodes()[root.node as usize].bounds;
                 match &root.leaf {
                     Some(range) => {
                         let items = self.items.add(range.clone());
                         self.item_count = items.end;
-                        node.links[lane] = WideLink::items(items).bits();
+                        node.set_lane(lane, bounds, WideLink::items(items));
                     }
                     None => {
+                        // The link is written when the child is.
+                        node.set_lane(lane, bounds, WideLink::default());
                         lanes.costs.prefetch(isa, root.node);
                         open.push((root.node, number * LANES as u32 + lane as u32, depth + 1));
                     }

@@ -37,7 +37,8 @@ struct Span {
 impl<'a> Leaves<'a> {
     pub(super) fn of(binary: &'a Bvh) -> Self {
         let primitives = binary.primitives();
-        Self { primitives, distinct: binary.has_duplicates().then(Vec::new), blocks: Vec::new() }
+        let distinct = binary.has_duplicates().then(Vec::new);
+        Self { primitives, distinct, blocks: Vec::with_capacity(primitives.len().div_ceil(BLOCK)) }
     }
 
     /// Gathers the corners of all blocks.

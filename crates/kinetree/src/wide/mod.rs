@@ -12,6 +12,7 @@ mod measure;
 mod mesh_bvh;
 mod node;
 mod node_view;
+mod one_node;
 mod refit;
 mod top_level_bvh;
 mod wide_bvh;

@@ -43,6 +43,13 @@ impl WideNode {
         }
     }
 
+    /// Uses the next lane, after those in use.
+    pub(super) fn set_lane(&mut self, lane: usize, bounds: &Aabb, link: WideLink) {
+        self.set_box(lane, bounds);
+        self.links[lane] = link.bits();
+        self.in_use |= 1 << lane;
+    }
+
     pub(crate) fn set_box(&mut self, lane: usize, bounds: &Aabb) {
         for axis in 0..3 {
             self.planes[axis][0][lane] = bounds.min[axis];

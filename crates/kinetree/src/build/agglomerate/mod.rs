@@ -93,16 +93,11 @@ fn clamped(given: &Aabb) -> Aabb {
     /// Extents of boxes within plus and minus this stay finite.
     const LIMIT: f32 = f32::MAX / 2.0;
 
-    if !has_point(given) {
+    if !given.has_point() {
         return Aabb::new([0.0; 3], [0.0; 3]);
     }
     // Adding zero makes zeros positive, so that no extent is -0 and equal distances have equal
     // bits.
     let clamp = |x: f32| x.clamp(-LIMIT, LIMIT) + 0.0;
     Aabb::new(given.min.map(clamp), given.max.map(clamp))
-}
-
-/// Whether a box contains a point. An inverted box, and one with a NaN, does not.
-fn has_point(given: &Aabb) -> bool {
-    (0..3).all(|axis| given.min[axis] <= given.max[axis])
 }

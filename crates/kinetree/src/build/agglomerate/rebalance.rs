@@ -5,7 +5,6 @@
 //! and is rebuilt from there by halving the list of its leaves, in the order of the merges.
 
 use super::dendrogram::Dendrogram;
-use super::has_point;
 use crate::geometry::Aabb;
 use crate::tree::{Bvh, Link, MAX_DEPTH, Node, Target};
 
@@ -175,7 +174,7 @@ fn fit(nodes: &mut [Node], primitives: &[u32], boxes: &[Aabb]) {
             Target::Node(first) => nodes[first as usize].bounds.union(&nodes[first as usize + 1].bounds),
             Target::Primitives(range) => {
                 let given = &boxes[primitives[range.start as usize] as usize];
-                if has_point(given) { *given } else { Aabb::EMPTY }
+                if given.has_point() { *given } else { Aabb::EMPTY }
             }
         };
     }

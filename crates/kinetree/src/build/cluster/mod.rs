@@ -139,7 +139,7 @@ impl BoxSummary {
             let mut part = Self { centers: Aabb::EMPTY, primitives: 0 };
             for id in first..first + chunk.size() {
                 let bounds = bounds_of(id as u32);
-                let is_there = has_point(&bounds);
+                let is_there = bounds.has_point();
                 if is_there {
                     part.centers = part.centers.extended(bounds.center());
                     part.primitives += 1;
@@ -172,16 +172,11 @@ impl BoxSummary {
     ) -> Vec<u64> {
         let key = |id: usize| code(boxes[id].center()) << primitive_bits | id as u64;
         if self.primitives < boxes.len() {
-            return (0..boxes.len()).filter(|&id| has_point(&boxes[id])).map(key).collect();
+            return (0..boxes.len()).filter(|&id| boxes[id].has_point()).map(key).collect();
         }
         let write = |first: usize, chunk: &mut ChunkWriter<'_, u64>| {
             (first..first + chunk.size()).for_each(|id| chunk.push(key(id)));
         };
         vec_in_chunks(boxes.len(), CHUNK, threads, &write).0
     }
-}
-
-/// Whether a box contains a point. An inverted box, and one with a NaN, does not.
-fn has_point(bounds: &Aabb) -> bool {
-    (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis])
 }

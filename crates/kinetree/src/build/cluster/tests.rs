@@ -89,7 +89,7 @@ fn every_input_keeps_the_promises() {
             assert_eq!(bvh.validate(), Ok(()), "{name}");
             let mut primitives = bvh.primitives().to_vec();
             primitives.sort_unstable();
-            let expected: Vec<u32> = (0..boxes.len() as u32).filter(|&id| has_point(&boxes[id as usize])).collect();
+            let expected: Vec<u32> = (0..boxes.len() as u32).filter(|&id| boxes[id as usize].has_point()).collect();
             assert_eq!(primitives, expected, "{name}");
             for node in bvh.nodes() {
                 if let Target::Primitives(range) = node.link.target() {

@@ -1,10 +1,10 @@
 //! The choice between object splits and spatial splits.
 
 use super::clipper::TriangleClipper;
-use super::cost::tests;
 use super::divide::divide;
 use super::planes::best_plane;
 use crate::build::BuildOptions;
+use crate::build::cost::tests;
 use crate::build::cut::{Chooser, Cut};
 use crate::build::object_cut::ObjectCut;
 use crate::build::reference::{Reference, bounds_of};

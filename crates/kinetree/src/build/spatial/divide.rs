@@ -3,8 +3,8 @@
 use glam::{BVec3A, Vec3A};
 
 use super::clipper::TriangleClipper;
-use super::cost::tests;
 use super::planes::{Plane, halves};
+use crate::build::cost::tests;
 use crate::build::cut::Side;
 use crate::build::fast_box::FastBox;
 use crate::build::reference::Reference;

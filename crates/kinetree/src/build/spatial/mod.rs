@@ -10,7 +10,6 @@
 
 mod budget;
 mod chooser;
-mod cost;
 mod divide;
 mod clipper;
 mod planes;

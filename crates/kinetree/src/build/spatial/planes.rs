@@ -10,7 +10,7 @@ use std::ops::Range;
 use glam::Vec3A;
 
 use super::clipper::TriangleClipper;
-use super::cost::tests;
+use crate::build::cost::tests;
 use crate::build::fast_box::FastBox;
 use crate::build::reference::Reference;
 use crate::geometry::{Aabb, Triangle};
