@@ -2,13 +2,13 @@
 
 mod common;
 
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
 use common::{QUALITIES, Random, World, rays, rebuilt, tile, worlds};
 use kinetree::build::{self, BuildOptions};
 use kinetree::geometry::{Triangles, WatertightRay};
 use kinetree::simd::Level;
-use kinetree::traverse::{Visitor, walk};
+use kinetree::tree::Target;
 use kinetree::{Aabb, Affine, Bvh, Candidate, Coherence, Cull, Hit, MeshBvh, Query, Ray, Snapshot, Work};
 
 const CLAIMS: [Coherence; 3] = [Coherence::Coherent, Coherence::Incoherent, Coherence::Unknown];
@@ -145,8 +145,21 @@ struct Hits<'a> {
     found: Vec<(u32, u32)>,
 }
 
-impl Visitor<()> for Hits<'_> {
-    fn enter(&mut self, bounds: &Aabb) -> Option<f32> {
+impl Hits<'_> {
+    /// Visits every leaf whose box, and whose ancestors' boxes, are entered.
+    fn walk(&mut self) {
+        let mut pending: Vec<u32> = (0..self.tree.node_count().min(1) as u32).collect();
+        while let Some(at) = pending.pop() {
+            let node = self.tree.nodes()[at as usize];
+            match node.link.target() {
+                _ if !self.enters(&node.bounds) => {}
+                Target::Node(first) => pending.extend([first, first + 1]),
+                Target::Primitives(range) => self.leaf(range),
+            }
+        }
+    }
+
+    fn enters(&self, bounds: &Aabb) -> bool {
         let (mut entry, mut exit) = (0.0_f64, f64::INFINITY);
         let from_origin = |plane: f32, axis: usize| f64::from(plane) - f64::from(self.ray.origin[axis]);
         let far = (0..3)
@@ -158,7 +171,7 @@ impl Visitor<()> for Hits<'_> {
             let direction = f64::from(self.ray.direction[axis]);
             if direction == 0.0 {
                 if low > 0.0 || high < 0.0 {
-                    return None;
+                    return false;
                 }
                 continue;
             }
@@ -166,19 +179,14 @@ impl Visitor<()> for Hits<'_> {
             entry = entry.max(one.min(other));
             exit = exit.min(one.max(other));
         }
-        (entry <= exit).then_some(entry as f32)
+        entry <= exit
     }
 
-    fn limit(&self) -> f32 {
-        f32::INFINITY
-    }
-
-    fn leaf(&mut self, places: Range<u32>, _: &mut ()) -> ControlFlow<()> {
-        for &primitive in &self.tree.primitives()[places.start as usize..places.end as usize] {
+    fn leaf(&mut self, range: Range<u32>) {
+        for &primitive in &self.tree.primitives()[range.start as usize..range.end as usize] {
             let hit = self.sheared.hit(&self.triangles.get(primitive), self.ray.t_min, self.ray.t_max);
             self.found.extend(hit.map(|hit| (hit.t.to_bits(), primitive)));
         }
-        ControlFlow::Continue(())
     }
 }
 
@@ -223,7 +231,7 @@ fn every_builder_and_layout_is_valid_and_walks_of_binary_trees_find_every_hit() 
             for Truth { ray, all, .. } in &truths {
                 let sheared = WatertightRay::new(ray);
                 let mut visitor = Hits { ray: *ray, sheared, tree: &tree, triangles: &triangles, found: Vec::new() };
-                walk(&tree, &mut visitor, &mut ());
+                visitor.walk();
                 visitor.found.sort_unstable();
                 visitor.found.dedup();
                 let mut expected: Vec<_> = all.iter().map(|hit| (hit.t.to_bits(), hit.primitive)).collect();

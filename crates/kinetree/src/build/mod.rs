@@ -23,7 +23,10 @@ mod triangles;
 mod with_progress;
 
 pub use crate::build_progress::{BuildProgress, Cancelled};
-pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate, agglomerate_naive};
+#[cfg(any(test, feature = "twins"))]
+#[doc(hidden)]
+pub use agglomerate::agglomerate_naive;
+pub use agglomerate::{Agglomerated, ClusteringWork, agglomerate};
 pub use binned::build_binned;
 pub use cluster::build_clustered;
 pub use options::{BuildOptions, Quality};

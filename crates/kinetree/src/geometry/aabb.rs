@@ -129,6 +129,10 @@ impl Aabb {
         super::is_finite(self.min) && super::is_finite(self.max)
     }
 
+    /// How far the box of a primitive is padded, relative to its longest edge: eight roundings. The
+    /// error bound of box tests covers the rest (decision 18).
+    pub(crate) const PADDING: f32 = 8.0 * UNIT_ROUNDOFF;
+
     /// The box that a tree keeps for a primitive: widened by some roundings of the primitive's own
     /// size. Exact hits need less (decision 18); trees in files have boxes like these.
     pub(crate) fn padded(&self) -> Self {
@@ -138,7 +142,7 @@ impl Aabb {
     /// By how much a box of a primitive of this size is widened, metres.
     pub(crate) fn padding(&self) -> f32 {
         let [x, y, z] = self.extent();
-        8.0 * UNIT_ROUNDOFF * x.max(y).max(z)
+        Self::PADDING * x.max(y).max(z)
     }
 
     /// The box moved outwards by `pad` on all sides.

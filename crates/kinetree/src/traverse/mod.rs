@@ -6,7 +6,6 @@ mod hierarchy;
 mod lanes;
 mod packet;
 mod frame_bvh;
-mod walk;
 mod wide;
 mod work;
 
@@ -19,6 +18,5 @@ pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket, lanes_of, octants,
     walk_packet,
 };
-pub use walk::{Visitor, walk};
 pub(crate) use wide::{WideVisitor, walk_wide};
 pub use work::{Tally, Work};

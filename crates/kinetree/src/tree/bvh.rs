@@ -1,7 +1,6 @@
 //! A binary tree of boxes.
 
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{Node, Target};
 use crate::geometry::Aabb;
@@ -23,24 +22,12 @@ pub const MAX_DEPTH: usize = 64;
 /// A tree without primitives has no nodes.
 #[doc(alias = "BLAS")]
 #[doc(alias = "TLAS")]
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Bvh {
     nodes: Vec<Node>,
     primitives: Vec<u32>,
     /// The number of distinct primitives in the leaves.
     distinct: u32,
-    topology: Topology,
-}
-
-/// Identifies the links and leaves of a tree: equal for trees that differ in their boxes only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Topology(u64);
-
-impl Topology {
-    fn fresh() -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(1);
-        Self(NEXT.fetch_add(1, Ordering::Relaxed))
-    }
 }
 
 /// Prints the sizes only.
@@ -51,17 +38,11 @@ impl fmt::Debug for Bvh {
     }
 }
 
-impl Default for Bvh {
-    fn default() -> Self {
-        Self { nodes: Vec::new(), primitives: Vec::new(), distinct: 0, topology: Topology(0) }
-    }
-}
-
 impl Bvh {
     /// A tree of the parts that a builder made. The builder must keep the promises; they are not
     /// checked here.
     pub(crate) fn from_parts(nodes: Vec<Node>, primitives: Vec<u32>, distinct: u32) -> Self {
-        Self { nodes, primitives, distinct, topology: Topology::fresh() }
+        Self { nodes, primitives, distinct }
     }
 
     /// The arguments of [`Self::from_parts`]: nodes, primitives, and the number of distinct
@@ -132,17 +113,5 @@ impl Bvh {
     pub(crate) fn renumbered(mut self, number_of: &[u32]) -> Self {
         self.primitives.iter_mut().for_each(|primitive| *primitive = number_of[*primitive as usize]);
         self
-    }
-
-    /// Copies the leaves of another tree if its topology differs, and returns the nodes, which the
-    /// caller must overwrite.
-    pub(crate) fn nodes_to_rewrite(&mut self, like: &Self) -> &mut Vec<Node> {
-        if self.topology != like.topology {
-            self.primitives.clone_from(&like.primitives);
-            self.distinct = like.distinct;
-            self.topology = like.topology;
-            self.nodes.clear();
-        }
-        &mut self.nodes
     }
 }

@@ -4,11 +4,13 @@ mod action;
 mod motion;
 mod plan;
 mod quality;
+#[cfg(any(test, feature = "twins"))]
 mod refit;
 
 pub use action::{Action, Reason};
 pub use motion::Motion;
-pub use quality::drift;
+#[cfg(any(test, feature = "twins"))]
+#[doc(hidden)]
 pub use refit::refit;
 
 pub(crate) use plan::{Doubt, Edit, MeshUpdate, Upkeep, decide};

@@ -1,37 +1,28 @@
-//! Refitting: new boxes for the same tree, whose primitives have moved.
+//! Refitting a binary tree: new boxes for the same tree, whose primitives have moved. The slow twin of
+//! the refit of eight-way trees (`wide/refit`).
 //!
-//! Leaf boxes are computed from their primitives, then the boxes of parents in one pass from the
-//! last node to the first, because children come after their parents (promise 5). The boxes are
-//! written to another tree than the one whose links are read, so that queries of the old tree go on
-//! undisturbed.
+//! Leaf boxes are computed from their primitives, then the boxes of parents in one pass from the last
+//! node to the first, because children come after their parents (promise 5).
 
 use crate::geometry::Aabb;
-use crate::threads::Threads;
 use crate::tree::{Bvh, Target};
 
-/// Nodes per parallel task.
-const GRAIN: usize = 4096;
-
-/// Writes the tree `current`, with the present boxes of its primitives, to `spare`, whatever its
-/// contents. If `spare` has the same topology, nothing is allocated.
+/// The tree `current`, with the present boxes of its primitives.
 ///
 /// In a tree with duplicates, each leaf gets the whole boxes of its primitives: the tree stays
 /// valid, but loses the gain of spatial splits.
-pub fn refit(current: &Bvh, spare: &mut Bvh, bounds_of: impl Fn(u32) -> Aabb + Sync, threads: &Threads) {
-    let nodes = spare.nodes_to_rewrite(current);
-    nodes.clear();
-    nodes.extend_from_slice(current.nodes());
-    threads.for_each(nodes, GRAIN, &|_, node| {
-        if let Target::Primitives(range) = node.link.target() {
-            let primitives = &current.primitives()[range.start as usize..range.end as usize];
-            node.bounds = primitives.iter().fold(Aabb::EMPTY, |all, &primitive| all.union(&bounds_of(primitive)));
-        }
-    });
+pub fn refit(current: &Bvh, bounds_of: impl Fn(u32) -> Aabb) -> Bvh {
+    let (mut nodes, primitives, distinct) = current.clone().into_parts();
     for at in (0..nodes.len()).rev() {
-        if let Target::Node(first) = nodes[at].link.target() {
-            nodes[at].bounds = nodes[first as usize].bounds.union(&nodes[first as usize + 1].bounds);
-        }
+        nodes[at].bounds = match nodes[at].link.target() {
+            Target::Node(first) => nodes[first as usize].bounds.union(&nodes[first as usize + 1].bounds),
+            Target::Primitives(range) => {
+                let primitives = &primitives[range.start as usize..range.end as usize];
+                primitives.iter().fold(Aabb::EMPTY, |all, &primitive| all.union(&bounds_of(primitive)))
+            }
+        };
     }
+    Bvh::from_parts(nodes, primitives, distinct)
 }
 
 #[cfg(test)]
@@ -55,13 +46,10 @@ mod tests {
             let (still, bent) = (boxes(count, 0.0), boxes(count, 3.0));
             let built = build_binned(still.len(), |i| still[i as usize], &BuildOptions::default());
             let before = built.nodes().to_vec();
-            let mut spare = build_binned(3, |i| boxes(3, 1.0)[i as usize], &BuildOptions::default());
-            for _ in 0..2 {
-                refit(&built, &mut spare, |i| bent[i as usize], &Threads::default());
-                assert_eq!(spare.validate(), Ok(()));
-                assert_eq!(spare.bounds(), bent.iter().fold(Aabb::EMPTY, |all, one| all.union(one)));
-                assert_eq!(spare.primitives(), built.primitives());
-            }
+            let refitted = refit(&built, |i| bent[i as usize]);
+            assert_eq!(refitted.validate(), Ok(()));
+            assert_eq!(refitted.bounds(), bent.iter().fold(Aabb::EMPTY, |all, one| all.union(one)));
+            assert_eq!(refitted.primitives(), built.primitives());
             assert_eq!(built.nodes(), before);
         }
     }
@@ -70,14 +58,22 @@ mod tests {
     fn a_refitted_leaf_is_as_small_as_its_primitives() {
         let (still, bent) = (boxes(300, 0.0), boxes(300, 1.5));
         let built = build_binned(300, |i| still[i as usize], &BuildOptions::default());
-        let mut spare = Bvh::default();
-        refit(&built, &mut spare, |i| bent[i as usize], &Threads::one());
-        for node in spare.nodes() {
+        let refitted = refit(&built, |i| bent[i as usize]);
+        for node in refitted.nodes() {
             if let Target::Primitives(range) = node.link.target() {
-                let primitives = &spare.primitives()[range.start as usize..range.end as usize];
+                let primitives = &refitted.primitives()[range.start as usize..range.end as usize];
                 let tight = primitives.iter().fold(Aabb::EMPTY, |all, &i| all.union(&bent[i as usize]));
                 assert_eq!(node.bounds, tight);
             }
         }
+    }
+
+    #[test]
+    fn the_cost_rises_when_neighbours_part_and_not_when_all_move_together() {
+        let row = |x: fn(u32) -> f32| move |i: u32| Aabb::from_points([[x(i), 0.0, 0.0], [x(i) + 0.5, 1.0, 1.0]]);
+        let built = build_binned(256, row(|i| i as f32), &BuildOptions::default());
+        let ratio = |tree: &Bvh| tree.cost(1.0, 1.0) / built.cost(1.0, 1.0);
+        assert!((ratio(&refit(&built, row(|i| i as f32 + 40.0))) - 1.0).abs() < 1e-3);
+        assert!(ratio(&refit(&built, row(|i| (i * 97 % 256) as f32))) > 2.0);
     }
 }

@@ -1,7 +1,7 @@
 //! Bottom-up construction by agglomerative clustering: repeatedly merges the two clusters whose
 //! joint box is smallest.
 //!
-//! Two algorithms make the same merges, ties included: [`naive`] examines every pair for every
+//! Two algorithms make the same merges, ties included: `naive` examines every pair for every
 //! merge and is the reference; [`chain`] follows best matches from cluster to cluster until two
 //! choose each other, and finds best matches with an [`index`]. Both end in [`rebalance`], which
 //! turns the merges into a tree of bounded depth.
@@ -19,6 +19,7 @@ mod chain;
 mod clusters;
 mod dendrogram;
 mod index;
+#[cfg(any(test, feature = "twins"))]
 mod naive;
 mod rebalance;
 mod search;
@@ -69,6 +70,7 @@ pub fn agglomerate(boxes: &[Aabb]) -> Agglomerated {
 ///
 /// # Panics
 /// As [`agglomerate`].
+#[cfg(any(test, feature = "twins"))]
 pub fn agglomerate_naive(boxes: &[Aabb]) -> Agglomerated {
     let (dendrogram, work) = naive::naive(boxes);
     finished(boxes, &dendrogram, work)
@@ -80,6 +82,7 @@ fn finished(boxes: &[Aabb], dendrogram: &dendrogram::Dendrogram, work: Clusterin
 }
 
 /// The distance of two clusters: the half area of their union.
+#[cfg(any(test, feature = "twins"))]
 fn distance(a: &Aabb, b: &Aabb) -> f32 {
     a.union(b).half_area()
 }
