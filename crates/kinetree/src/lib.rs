@@ -38,6 +38,8 @@
 
 #![warn(missing_debug_implementations)] // reports and snapshots are printed while debugging a game
 
+#[cfg(test)]
+mod test_random;
 mod build_progress;
 #[cfg(feature = "parallel")]
 mod crew;

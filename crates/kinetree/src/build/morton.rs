@@ -134,6 +134,7 @@ fn deposits(axis: &AxisBits, byte: usize) -> [u64; 256] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_random::Random;
 
     #[test]
     fn a_cube_interleaves_its_axes() {
@@ -166,11 +167,8 @@ mod tests {
 
     #[test]
     fn tables_give_the_codes_that_bits_give() {
-        let mut state = 11_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1 << 24) as f32
-        };
+        let mut generator = Random(11);
+        let mut random = || generator.unit();
         for extent in [[1.0, 1.0, 1.0], [100.0, 3.0, 0.0], [1e-3, 7.0, 1e4], [0.0; 3]] {
             for bits in [3, 12, 33, 44, 60] {
                 let bounds = Aabb::new([-2.0; 3], extent.map(|x| x - 2.0));

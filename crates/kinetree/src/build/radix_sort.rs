@@ -104,15 +104,13 @@ fn distribute(keys: &[u64], to: &mut [u64], starts: &mut [u32; DIGITS], shift: u
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_random::Random;
 
     #[test]
     fn digits_sort_as_comparing_does() {
         for seed in 0..20_u64 {
-            let mut state = seed;
-            let mut random = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                state >> 33
-            };
+            let mut generator = Random(seed);
+            let mut random = || generator.next() >> 33;
             let size = [0, 1, 2, 1000, 1025, 40_000, 150_000][seed as usize % 7];
             // Some inputs have few distinct codes, or codes that crowd together.
             let mask = [(1 << 44) - 1, 3, 0, 0x0FFF_0000_0FFF, 1 << 43][seed as usize % 5];

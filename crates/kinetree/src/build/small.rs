@@ -15,7 +15,7 @@ use std::ops::Range;
 use super::fast_box::FastBox;
 use crate::geometry::Triangles;
 use crate::tree::{Bvh, Link, Node};
-use crate::wide::LANES;
+use crate::wide::{Costs, LANES};
 
 /// The largest set of triangles that is built here: as many as fill the blocks of one wide node.
 pub(super) const MAX_SMALL: usize = 32;
@@ -207,16 +207,13 @@ impl SortedLists {
     }
 }
 
-/// The size of a full block of the wide tree.
-const TRIANGLES_PER_BLOCK: usize = 4;
-
 /// The number of blocks that a number of triangles fill. The length is a power of two, so that the
 /// remainder of an index is one instruction and in bounds.
 const BLOCKS: [f32; 2 * MAX_SMALL] = {
     let mut blocks = [0.0; 2 * MAX_SMALL];
     let mut count = 0;
     while count < blocks.len() {
-        blocks[count] = count.div_ceil(TRIANGLES_PER_BLOCK) as f32;
+        blocks[count] = count.div_ceil(Costs::TRIANGLES.item_size) as f32;
         count += 1;
     }
     blocks
@@ -229,19 +226,9 @@ mod tests {
     use super::*;
     use crate::build::BuildOptions;
     use crate::build::cluster::clustered_from_branches;
+    use crate::test_random::Random;
     use crate::threads::Threads;
     use crate::wide::MeshBvh;
-
-    /// A linear congruential generator (Knuth, "The Art of Computer Programming", volume 2, 3.3.4).
-    struct Random(u64);
-
-    impl Random {
-        /// From 0 to 1.
-        fn unit(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 40) as f32 / (1 << 24) as f32
-        }
-    }
 
     /// Triangles of edges up to `size`, scattered in a unit cube.
     fn scattered(count: usize, size: f32, random: &mut Random) -> Triangles {

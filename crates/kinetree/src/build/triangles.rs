@@ -6,6 +6,7 @@ use super::small::{MAX_SMALL, build_small};
 use super::{BuildOptions, Quality, build_clustered, build_spatial};
 use crate::geometry::Triangles;
 use crate::tree::Bvh;
+use crate::wide::Costs;
 
 /// The fraction of all nodes that reinsertion tries to move in each batch. The largest nodes matter
 /// most; the cost of rays depends more on the number of batches than on their sizes (decision 13).
@@ -19,9 +20,11 @@ const BEST_BATCHES: [f32; 5] = [0.1, 0.06, 0.06, 0.06, 0.04];
 /// # Panics
 /// When there are more triangles than 2^27.
 pub fn build_triangles(triangles: &Triangles, options: &BuildOptions) -> Bvh {
-    // Leaves are as large as a block of the wide tree, whose test costs less than a box: this
+    // Leaves are as large as a block of the wide tree, whose test costs no more than a node: this
     // halves the number of nodes to reinsert and collapse.
-    let full = BuildOptions { max_leaf: 4, node_cost: 4.0, ..options.clone() };
+    let costs = Costs::TRIANGLES;
+    let (max_leaf, node_cost) = (costs.item_size as u32, costs.node_in_primitives());
+    let full = BuildOptions { max_leaf, node_cost, ..options.clone() };
     let bounds_of = |triangle| triangles.bounds_of(triangle);
     let clustered = || build_clustered(triangles.len(), bounds_of, &full);
     match options.quality {

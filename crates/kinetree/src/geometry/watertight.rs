@@ -10,7 +10,7 @@
 //! Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection", for the sheared space;
 //! Shewchuk 1997 for deciding exactly only what is in doubt. Decision 18 derives the bounds.
 
-use super::{DISTANCE_ERROR, Ray, Triangle, UNIT_ROUNDOFF, exact};
+use super::{DISTANCE_ERROR, Ray, Triangle, UNIT_ROUNDOFF, exact, fast_max, fast_min};
 
 /// A ray that has become an axis.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +64,7 @@ impl WatertightRay {
     /// [`REACH`], or what depths are stretched by where that is more, as it is for denormal directions.
     #[inline(always)]
     pub(crate) fn reach(&self) -> f32 {
-        larger(self.shear[2].abs(), REACH)
+        fast_max(self.shear[2].abs(), REACH)
     }
 
     #[inline]
@@ -81,7 +81,7 @@ impl WatertightRay {
     pub fn hit(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
         let [a, b, c] = triangle.corners.map(|corner| self.project(corner));
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
-        let (least, most) = (smaller(smaller(u, v), w), larger(larger(u, v), w));
+        let (least, most) = (fast_min(fast_min(u, v), w), fast_max(fast_max(u, v), w));
         let size = triangle.extent().mul_add(self.reach(), a[2].abs());
         let lateral = size.mul_add(EDGE_BY_SIZE, triangle.extent() * EDGE_BY_EXTENT);
         let error = size.mul_add(lateral, LEAST_EDGE_ERROR);
@@ -170,18 +170,6 @@ pub(crate) const DEPTH_BY_LATERAL: f32 = 6.0;
 pub(crate) const DEPTH_BY_AREA: f32 = 8.0;
 /// Far above what is lost of a sum that is denormal.
 pub(crate) const LEAST_DISTANCE_ERROR: f32 = 64.0 * f32::MIN_POSITIVE;
-
-/// The second where the first is not larger, or no number.
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// The second where the first is not smaller, or no number.
-#[inline(always)]
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
 
 /// For exponents from -126 to 127.
 #[inline(always)]

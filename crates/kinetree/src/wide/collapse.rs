@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use super::collapse_costs::{CollapseCosts, Subtree};
+use super::costs::Costs;
 use super::node::LANES;
 use super::one_node::{MAX_NODES, collapse_to_one_node};
 use super::{WideBvh, WideLink, WideNode};
@@ -22,34 +23,6 @@ const MAX_UNDIVIDED: usize = 8192;
 
 /// Parts per parallel task.
 const PARTS_PER_TASK: usize = 4;
-
-/// The costs of nodes and leaves, and the limits of leaves.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Costs {
-    pub(crate) node: f32,
-    pub(crate) item: f32,
-    /// The largest number of primitives in an item.
-    pub(crate) item_size: usize,
-    /// The largest number of items in a leaf.
-    pub(crate) max_items: usize,
-}
-
-impl Costs {
-    #[inline(always)]
-    pub(super) fn of_leaf(&self, primitives: u32) -> f32 {
-        self.item * self.items(primitives) as f32
-    }
-
-    #[inline(always)]
-    pub(super) fn fits_a_leaf(&self, primitives: u32) -> bool {
-        self.items(primitives) <= self.max_items
-    }
-
-    #[inline(always)]
-    fn items(&self, primitives: u32) -> usize {
-        (primitives as usize).div_ceil(self.item_size)
-    }
-}
 
 /// The list of items that leaves link to.
 pub(crate) trait Items: Send + Sync {
@@ -299,7 +272,7 @@ mod tests {
     use super::*;
     use crate::build;
     use crate::geometry::Aabb;
-    use crate::wide::mesh_bvh::COSTS;
+    use crate::test_random::Random;
 
     /// Records the first primitive of each leaf.
     #[derive(Default, PartialEq, Debug)]
@@ -323,11 +296,8 @@ mod tests {
 
     #[test]
     fn a_tree_written_in_parts_is_the_one_written_at_one_go() {
-        let mut state = 7_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1 << 24) as f32
-        };
+        let mut generator = Random(7);
+        let mut random = || generator.unit();
         for count in [1, 2, 9, 60, 700, 9000] {
             let boxes: Vec<Aabb> = (0..count)
                 .map(|_| {
@@ -337,8 +307,8 @@ mod tests {
                 .collect();
             let binary = build::build_clustered(count, |i| boxes[i as usize], &build::BuildOptions::default());
             let (mut range, mut in_parts) = (FirstPrimitives::default(), FirstPrimitives::default());
-            let tree = write(&binary, &COSTS, &Threads::one(), &mut range, false);
-            let other = write(&binary, &COSTS, &Threads::default(), &mut in_parts, true);
+            let tree = write(&binary, &Costs::TRIANGLES, &Threads::one(), &mut range, false);
+            let other = write(&binary, &Costs::TRIANGLES, &Threads::default(), &mut in_parts, true);
             assert_eq!(tree.nodes(), other.nodes(), "{count}");
             assert_eq!((tree.item_count(), range), (other.item_count(), in_parts), "{count}");
             tree.validate().unwrap();

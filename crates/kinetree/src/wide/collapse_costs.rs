@@ -14,8 +14,9 @@
 
 use std::ops::Range;
 
-use super::collapse::Costs;
+use super::costs::Costs;
 use super::node::LANES;
+use crate::geometry::fast_min;
 use crate::memory::{ChunkWriter, vec_in_chunks};
 use crate::simd::{Isa, Kernel, Level};
 use crate::threads::Threads;
@@ -214,7 +215,7 @@ fn subtree(node: &Node, costs: &Costs, known: &Known<'_>) -> Option<Subtree> {
             let is_leaf = as_leaf <= as_node && as_leaf < f32::INFINITY;
             let mut roots = [if is_leaf { as_leaf } else { as_node }; LANES];
             for k in 1..LANES - 1 {
-                roots[k] = lesser(pair.shared[k - 1], roots[k - 1]);
+                roots[k] = fast_min(pair.shared[k - 1], roots[k - 1]);
             }
             roots[LANES - 1] = roots[LANES - 2];
             Some(Subtree { roots, range, is_leaf })
@@ -232,7 +233,7 @@ fn joint_costs(left: &Subtree, right: &Subtree) -> Pair {
     for to_left in 1..LANES {
         let others = &shifted[LANES + 1 - to_left..][..LANES];
         for lane in 0..LANES {
-            best[lane] = lesser(left.roots[to_left - 1] + others[lane], best[lane]);
+            best[lane] = fast_min(left.roots[to_left - 1] + others[lane], best[lane]);
         }
     }
     let mut shared = [0.0; LANES - 1];
@@ -244,18 +245,13 @@ fn joint_costs(left: &Subtree, right: &Subtree) -> Pair {
     Pair { shared, primitives: PrimitiveRange::of(below) }
 }
 
-/// The minimum; the second operand if either is NaN.
-#[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::build;
     use crate::geometry::Aabb;
-    use crate::wide::mesh_bvh::COSTS;
+
+    const COSTS: Costs = Costs::TRIANGLES;
 
     /// The slow twin: the cost of a subtree with at most `roots` roots, by its definition, and its
     /// number of primitives.

@@ -1,7 +1,7 @@
 //! The expected cost of rays through a tree, and the density of its triangles: together they
 //! distinguish a tree that has degraded from a pose that is expensive for every tree.
 
-use super::mesh_bvh::COSTS;
+use super::costs::Costs;
 use super::{MeshBvh, TriangleBlock};
 use crate::geometry::Aabb;
 use crate::threads::Threads;
@@ -26,7 +26,8 @@ impl RayCost {
     fn of_areas(root: &Aabb, weighed_boxes: f64, triangle_boxes: f64) -> Option<Self> {
         let root = f64::from(root.half_area());
         let has_area = root > 0.0 && root.is_finite() && triangle_boxes > 0.0;
-        let cost = Self { work: f64::from(COSTS.node) + weighed_boxes / root, crossed: triangle_boxes / root };
+        let cost =
+            Self { work: f64::from(Costs::TRIANGLES.node) + weighed_boxes / root, crossed: triangle_boxes / root };
         (has_area && cost.work.is_finite() && cost.crossed.is_finite() && cost.crossed > 0.0).then_some(cost)
     }
 }
@@ -38,7 +39,7 @@ impl MeshBvh {
         let sum = |a: f64, b: f64| a + b;
         let (boxes, triangles) = if self.chunks.is_empty() {
             let boxes = |nodes: &[super::WideNode]| -> f64 {
-                nodes.iter().map(|node| node.cost_of_lanes(COSTS.node, COSTS.item)).sum()
+                nodes.iter().map(|node| node.cost_of_lanes(Costs::TRIANGLES.node, Costs::TRIANGLES.item)).sum()
             };
             let triangles =
                 |blocks: &[TriangleBlock]| -> f64 { blocks.iter().map(TriangleBlock::triangle_box_areas).sum() };

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use super::block::BLOCK;
-use super::collapse::{Costs, collapse};
+use super::collapse::collapse;
+use super::costs::Costs;
 use super::leaves::Leaves;
 use super::refit::{ChunkBounds, Plan};
 use super::{TriangleBlock, WideBvh};
@@ -12,9 +12,6 @@ use crate::geometry::{Aabb, Triangles};
 use crate::memory::vec_in_large_pages;
 use crate::threads::Threads;
 use crate::tree::Bvh;
-
-/// A node visit (eight box tests) is assumed to cost as much as a block test (four triangle tests).
-pub(super) const COSTS: Costs = Costs { node: 1.0, item: 1.0, item_size: BLOCK, max_items: 4 };
 
 /// An eight-way tree whose leaves hold blocks of four triangles. Beside promises 1 to 7 of a
 /// [`WideBvh`], always:
@@ -58,7 +55,7 @@ impl MeshBvh {
     /// dropped.
     pub(crate) fn new_on(binary: &Bvh, triangles: &Triangles, threads: &Threads) -> Self {
         let mut leaves = Leaves::of(binary);
-        let tree = collapse(binary, &COSTS, threads, &mut leaves);
+        let tree = collapse(binary, &Costs::TRIANGLES, threads, &mut leaves);
         let blocks = leaves.blocks(triangles, threads);
         Self { tree, blocks, triangles: binary.primitive_count() as u32, ..Self::default() }
     }

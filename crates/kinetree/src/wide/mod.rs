@@ -4,6 +4,7 @@ mod block;
 mod bytes;
 mod collapse;
 mod containment;
+mod costs;
 mod instance;
 mod collapse_costs;
 mod leaves;
@@ -19,6 +20,7 @@ mod wide_bvh;
 
 pub use block::TriangleBlock;
 pub use bytes::{TreeFileError, fingerprint_in};
+pub(crate) use costs::Costs;
 pub use instance::InstanceRecord;
 pub use link::{WideLink, WideTarget};
 pub(crate) use measure::RayCost;

@@ -5,7 +5,8 @@
 //! [`CollapseCosts`](super::collapse_costs::CollapseCosts) becomes one choice per subtree: a single
 //! leaf, or the best leaves of its two children. Nothing is allocated but the result.
 
-use super::collapse::{Costs, Items};
+use super::collapse::Items;
+use super::costs::Costs;
 use super::node::LANES;
 use super::{WideBvh, WideLink, WideNode};
 use crate::tree::{Bvh, Node, Target};
@@ -104,7 +105,8 @@ mod tests {
     use super::*;
     use crate::build::{BuildOptions, build_clustered};
     use crate::geometry::Aabb;
-    use crate::wide::mesh_bvh::COSTS;
+
+    const COSTS: Costs = Costs::TRIANGLES;
 
     /// Records the leaves.
     struct Leaves(Vec<std::ops::Range<u32>>);

@@ -4,14 +4,12 @@ use std::fmt;
 use std::ops::Range;
 
 use super::WideBvh;
-use super::collapse::{Costs, Items, collapse};
+use super::collapse::{Items, collapse};
+use super::costs::Costs;
 use crate::geometry::Aabb;
 use crate::geometry::slab::FarRays;
 use crate::threads::Threads;
 use crate::tree::{Bvh, Violation};
-
-/// Entering an instance is assumed to cost as much as three node visits; each leaf has one.
-const COSTS: Costs = Costs { node: 1.0, item: 3.0, item_size: 1, max_items: 1 };
 
 /// An eight-way tree whose leaves are instance records.
 #[doc(alias = "TLAS")]
@@ -58,7 +56,7 @@ impl TopLevelBvh {
     pub(crate) fn new(binary: &Bvh, far: FarRays) -> Self {
         let mut instances =
             Instances { primitives: binary.primitives(), list: Vec::with_capacity(binary.primitives().len()) };
-        let tree = collapse(binary, &COSTS, &Threads::one(), &mut instances);
+        let tree = collapse(binary, &Costs::INSTANCES, &Threads::one(), &mut instances);
         Self { tree, instances: instances.list, far }
     }
 

@@ -1,7 +1,7 @@
 //! The clusters that are alive, in blocks of sixteen, and the linear search among them.
 
 use super::clamped;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, fast_max, fast_min};
 
 /// Clusters per block.
 pub(super) const LANES: usize = 16;
@@ -85,8 +85,9 @@ impl Block {
     fn distances(&self, to: &Aabb) -> [f32; LANES] {
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {
-            let extent =
-                |axis: usize| larger(self.max[axis][lane], to.max[axis]) - smaller(self.min[axis][lane], to.min[axis]);
+            let extent = |axis: usize| {
+                fast_max(self.max[axis][lane], to.max[axis]) - fast_min(self.min[axis][lane], to.min[axis])
+            };
             let (x, y, z) = (extent(0), extent(1), extent(2));
             distances[lane] = x * y + y * z + z * x;
         }
@@ -114,18 +115,6 @@ impl Block {
         }
         *best = Match::from_key(key);
     }
-}
-
-/// `f32::min` without its care for NaN, of which there is none here: one instruction.
-#[inline(always)]
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// `f32::max`, likewise.
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 /// The clusters that are alive. Each has a slot, which may change, and is identified by its

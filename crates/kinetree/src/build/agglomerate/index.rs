@@ -11,6 +11,7 @@
 
 use super::ClusteringWork;
 use super::clusters::{Block, Clusters, LANES, Match, NO_LEAF, Probe};
+use crate::build::morton::Curve;
 use crate::geometry::Aabb;
 
 /// Entries in a group.
@@ -276,24 +277,12 @@ fn group_of(summaries: &[Summary]) -> Group {
 /// prunes, not its results.
 fn sort(clusters: &mut Clusters) {
     let mut sorted: Vec<(u64, u32, Aabb)> = clusters.iter().map(|(leaf, bounds)| (0, leaf, bounds)).collect();
-    let mut low = [f32::INFINITY; 3];
-    let mut high = [f32::NEG_INFINITY; 3];
-    for (_, _, bounds) in &sorted {
-        for axis in 0..3 {
-            let center = center(bounds, axis);
-            low[axis] = low[axis].min(center);
-            high[axis] = high[axis].max(center);
-        }
-    }
+    let centers = Aabb::from_points(sorted.iter().map(|(_, _, bounds)| bounds.center()));
+    let curve = Curve::through(&centers, CODE_BITS).tabled();
     let mean = sorted.iter().map(|(_, _, bounds)| f64::from(longest_edge(bounds))).sum::<f64>() / sorted.len() as f64;
     let very_large = (mean * VERY_LARGE) as f32;
-    let widest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f32::max);
-    let cells_per_length = CELLS / widest;
     for (key, _, bounds) in &mut sorted {
-        // The conversion to an integer maps NaN, from zero times infinity, to cell zero.
-        let cell = |axis: usize| ((center(bounds, axis) - low[axis]) * cells_per_length) as u64;
-        let code = spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2));
-        *key = u64::from(longest_edge(bounds) > very_large) << (3 * CELL_BITS) | code;
+        *key = u64::from(longest_edge(bounds) > very_large) << CODE_BITS | curve.code(bounds.center());
     }
     sorted.sort_unstable_by_key(|(key, leaf, _)| (*key, *leaf));
     clusters.refill(sorted.into_iter().map(|(_, leaf, bounds)| (leaf, bounds)));
@@ -305,34 +294,18 @@ fn sort(clusters: &mut Clusters) {
 /// within a factor of four cost more than they saved.
 const VERY_LARGE: f64 = 8.0;
 
-/// Bits of a cell's index along one axis.
-const CELL_BITS: u32 = 18;
-/// The largest index of a cell along one axis.
-const CELLS: f32 = ((1 << CELL_BITS) - 1) as f32;
-
-fn center(bounds: &Aabb, axis: usize) -> f32 {
-    bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5
-}
+/// Bits of a Morton code.
+const CODE_BITS: u32 = 54;
 
 fn longest_edge(bounds: &Aabb) -> f32 {
     (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(0.0, f32::max)
 }
 
-/// Inserts two zero bits between adjacent bits of a cell's index.
-fn spread(cell: u64) -> u64 {
-    let mut bits = cell.min((1 << CELL_BITS) - 1);
-    bits = (bits | bits << 32) & 0x001f_0000_0000_ffff;
-    bits = (bits | bits << 16) & 0x001f_0000_ff00_00ff;
-    bits = (bits | bits << 8) & 0x100f_00f0_0f00_f00f;
-    bits = (bits | bits << 4) & 0x10c3_0c30_c30c_30c3;
-    (bits | bits << 2) & 0x1249_2492_4924_9249
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::tests::Random;
     use super::super::{clamped, distance};
     use super::*;
+    use crate::test_random::Random;
 
     /// A box whose edges have any order of magnitude between the two exponents.
     fn brick(random: &mut Random, exponents: [f32; 2]) -> Aabb {

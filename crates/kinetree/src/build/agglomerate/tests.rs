@@ -3,6 +3,7 @@
 
 use super::dendrogram::{Dendrogram, Pair};
 use super::*;
+use crate::test_random::Random;
 use crate::tree::{MAX_DEPTH, Target};
 
 /// Never scans all clusters.
@@ -10,32 +11,19 @@ const ALWAYS_INDEX: usize = 0;
 /// Never uses the index.
 const NEVER_INDEX: usize = usize::MAX;
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
-pub(super) struct Random(pub(super) u64);
+/// Random boxes.
+trait Boxes {
+    fn point(&mut self, size: f32) -> [f32; 3];
 
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
+    /// A box in a cube of this size, with edges up to `edge`.
+    fn brick(&mut self, size: f32, edge: f32) -> Aabb;
+}
 
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    /// From 0 to 1.
-    pub(super) fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1 << 24) as f32
-    }
-
+impl Boxes for Random {
     fn point(&mut self, size: f32) -> [f32; 3] {
         std::array::from_fn(|_| self.unit() * size)
     }
 
-    /// A box in a cube of this size, with edges up to `edge`.
     fn brick(&mut self, size: f32, edge: f32) -> Aabb {
         let (min, extent) = (self.point(size), self.point(edge));
         Aabb::new(min, std::array::from_fn(|axis| min[axis] + extent[axis]))

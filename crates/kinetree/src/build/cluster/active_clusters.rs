@@ -5,7 +5,7 @@
 //! nearest neighbours merge, all in the same pass, until few enough are left.
 
 use super::pair::{Cluster, Kind, Pair};
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, fast_max, fast_min};
 use crate::simd::{Isa, Kernel, Level};
 
 /// The capacity of [`ActiveClusters`].
@@ -178,9 +178,9 @@ impl ActiveClusters {
             let [a, b] = kept[at_kept].map(|at| at as usize % CAPACITY);
             for axis in 0..3 {
                 let min = &mut self.min[axis];
-                min[MARGIN + at_kept] = lesser(min[MARGIN + a], min[MARGIN + b]);
+                min[MARGIN + at_kept] = fast_min(min[MARGIN + a], min[MARGIN + b]);
                 let max = &mut self.max[axis];
-                max[MARGIN + at_kept] = greater(max[MARGIN + a], max[MARGIN + b]);
+                max[MARGIN + at_kept] = fast_max(max[MARGIN + a], max[MARGIN + b]);
             }
             self.kinds[at_kept] = self.kinds[a];
         }
@@ -207,21 +207,12 @@ fn eight(plane: &[f32; PADDED], from: usize) -> &[f32; LANES] {
     plane[from..].first_chunk().expect("the margin is as wide as the radius and the lanes")
 }
 
-#[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-#[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
 /// The half areas of the joint boxes of eight pairs.
 #[inline(always)]
 fn joint_areas(a: &[&[f32; LANES]; 6], b: &[&[f32; LANES]; 6]) -> [f32; LANES] {
     std::array::from_fn(|lane| {
-        let extent = |axis: usize| greater(a[3 + axis][lane], b[3 + axis][lane]) - lesser(a[axis][lane], b[axis][lane]);
+        let extent =
+            |axis: usize| fast_max(a[3 + axis][lane], b[3 + axis][lane]) - fast_min(a[axis][lane], b[axis][lane]);
         let (x, y, z) = (extent(0), extent(1), extent(2));
         x * y + z * (x + y)
     })

@@ -168,6 +168,7 @@ impl Clustering<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_random::Random;
 
     /// The size of the branch by its definition: all the keys that begin with the same bits.
     fn brute_force(keys: &[u64], start: usize, limit: usize) -> usize {
@@ -185,11 +186,8 @@ mod tests {
 
     #[test]
     fn first_leaves_are_the_largest_branches_that_fit() {
-        let mut state = 5_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            state >> 33
-        };
+        let mut generator = Random(5);
+        let mut random = || generator.next() >> 33;
         for size in [1, 2, 3, 4, 5, 9, 300] {
             for bits in [9, 12, 31] {
                 let mut keys: Vec<u64> = (0..size).map(|_| random() & ((1 << bits) - 1)).collect();

@@ -31,13 +31,14 @@ use crate::memory::{ChunkWriter, vec_in_chunks};
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::tree::Bvh;
+use crate::wide::Costs;
 
 /// The largest number of bits of a Morton code: more would need another sorting pass and do not
 /// improve trees.
 const CODE_BITS: u32 = 44;
 
-/// The largest branch that becomes a leaf without a comparison of costs.
-const FULL_LEAF: u32 = 4;
+/// The largest branch that becomes a leaf without a comparison of costs: a full block of triangles.
+const FULL_LEAF: u32 = Costs::TRIANGLES.item_size as u32;
 
 /// Up to this many primitives, codes are computed bit by bit, because filling the tables would take
 /// longer.

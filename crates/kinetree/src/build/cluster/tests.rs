@@ -4,15 +4,13 @@ use std::sync::Arc;
 
 use super::pair::{Cluster, Kind};
 use super::*;
+use crate::test_random::Random;
 use crate::threads::Backwards;
 use crate::tree::{MAX_DEPTH, Target};
 
 fn random_boxes(seed: u64, count: usize, spread: f32, size: f32) -> Vec<Aabb> {
-    let mut state = seed;
-    let mut unit = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / (1 << 24) as f32
-    };
+    let mut generator = Random(seed);
+    let mut unit = || generator.unit();
     let mut point = |size: f32| [0; 3].map(|_| (unit() * 2.0 - 1.0) * size);
     (0..count)
         .map(|_| {

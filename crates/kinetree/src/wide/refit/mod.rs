@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 pub(super) use plan::Plan;
 
-use super::mesh_bvh::COSTS;
+use super::costs::Costs;
 use super::node::LANES;
 use super::{MeshBvh, TriangleBlock, WideNode, WideTarget};
 use crate::geometry::{Aabb, Triangles};
@@ -107,7 +107,7 @@ impl MeshBvh {
                     nodes[at].set_box(lane, &bounds);
                 }
             }
-            cost += nodes[at].cost_of_lanes(COSTS.node, COSTS.item);
+            cost += nodes[at].cost_of_lanes(Costs::TRIANGLES.node, Costs::TRIANGLES.item);
             let all = nodes[at].all_bounds();
             match at {
                 0 => self.tree.bounds = all,

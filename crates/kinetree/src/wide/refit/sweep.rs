@@ -9,12 +9,9 @@ use super::super::node::LANES;
 use super::super::{TriangleBlock, WideLink, WideNode};
 use super::ChunkBounds;
 use super::plan::Corners;
-use crate::geometry::{Aabb, UNIT_ROUNDOFF};
+use crate::geometry::Aabb;
 use crate::simd::{Isa, Kernel};
-use crate::wide::mesh_bvh::COSTS;
-
-/// See [`Aabb::padded`].
-const PADDING: f32 = 8.0 * UNIT_ROUNDOFF;
+use crate::wide::costs::Costs;
 
 /// The prefetch distances. Measured: from 8 to 32 blocks there is no difference; without
 /// prefetching, refits of 0.3, 0.6 and 4.5 million triangles take 12, 30 and 41 % longer.
@@ -22,7 +19,7 @@ const BLOCKS_AHEAD: usize = 16;
 const NODES_AHEAD: usize = 8;
 
 // The sum of costs below assumes equal costs of a node and a block.
-const _: () = assert!(COSTS.node.to_bits() == COSTS.item.to_bits());
+const _: () = assert!(Costs::TRIANGLES.node.to_bits() == Costs::TRIANGLES.item.to_bits());
 
 /// A lower and an upper corner; the fourth lanes are unused.
 type TwoCorners = [[f32; 4]; 2];
@@ -96,7 +93,7 @@ impl Kernel for Sweep<'_> {
         }
         let mut sum = 0.0;
         for area in isa.store(cost) {
-            sum += f64::from(area) * f64::from(COSTS.item);
+            sum += f64::from(area) * f64::from(Costs::TRIANGLES.item);
         }
         let [min, max] = boxes[boxes.len() - 1];
         ChunkBounds {
@@ -139,7 +136,7 @@ fn move_block<I: Isa>(isa: I, block: &mut TriangleBlock, corners: &Corners, posi
     }
     let [x, y, z] = extent;
     let areas = isa.add(isa.add(isa.mul(x, y), isa.mul(y, z)), isa.mul(z, x));
-    let pad = isa.mul(largest, isa.splat(PADDING));
+    let pad = isa.mul(largest, isa.splat(Aabb::PADDING));
     let [a, b, c, d] = isa.transpose([isa.sub(min[0], pad), isa.sub(min[1], pad), isa.sub(min[2], pad), zero]);
     let lower_corner = isa.min(isa.min(a, b), isa.min(c, d));
     let [a, b, c, d] = isa.transpose([isa.add(max[0], pad), isa.add(max[1], pad), isa.add(max[2], pad), zero]);

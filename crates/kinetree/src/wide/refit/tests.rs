@@ -3,38 +3,21 @@ use super::naive;
 use super::plan::{MAX_BLOCKS, MAX_NODES};
 use super::*;
 use crate::build::{self, BuildOptions, Quality};
+use crate::test_random::Random;
 use crate::threads::Executor;
 use crate::tree::Location;
 
-/// Splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Between -1 and 1.
-    fn signed(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    fn point(&mut self, size: f32) -> [f32; 3] {
-        [self.signed() * size, self.signed() * size, self.signed() * size]
-    }
+fn point(size: f32, random: &mut Random) -> [f32; 3] {
+    [0; 3].map(|_| random.signed() * size)
 }
 
 /// Pairs of triangles that share an edge, in a cube from `-size` to `size`.
 fn soup(count: u32, size: f32, random: &mut Random) -> (Vec<[f32; 3]>, Arc<[[u32; 3]]>) {
     let mut positions = Vec::new();
     for _ in 0..count.div_ceil(2) {
-        let middle = random.point(size);
+        let middle = point(size, random);
         for _ in 0..4 {
-            let aside = random.point(size * 0.03);
+            let aside = point(size * 0.03, random);
             positions.push([0, 1, 2].map(|axis| middle[axis] + aside[axis]));
         }
     }
@@ -114,7 +97,7 @@ fn check_cost(name: &str, found: Option<RayCost>, tree: &MeshBvh) {
     };
     let triangles = tree.blocks.iter().flat_map(|block| (0..block.count as usize).map(|lane| block.triangle(lane)));
     let crossed = triangles.map(|triangle| half_area(&triangle.bounds())).sum::<f64>() / half_area(&tree.bounds());
-    let work = f64::from(tree.cost(COSTS.node, COSTS.item));
+    let work = f64::from(tree.cost(Costs::TRIANGLES.node, Costs::TRIANGLES.item));
     let tiny_or_huge = !(1e-30..=1e30).contains(&half_area(&tree.bounds()));
     match found {
         Some(found) => {
