@@ -171,15 +171,30 @@ impl SortedLists {
         let mut right_costs = [0.0; MAX_SMALL];
         for axis in 0..3 {
             let sorted = &self.sorted[axis][leaf.first..leaf.first + count];
+            // The costs of either side never fall as it grows, so a pass ends at the first cut where
+            // one side alone costs too much.
+            let mut first_left = 1;
             let mut side = FastBox::EMPTY;
             for left in (1..count).rev() {
                 side = side.union(self.bounds(sorted[left]));
-                right_costs[left % MAX_SMALL] = side.half_area() * BLOCKS[(count - left) % BLOCKS.len()];
+                let cost = side.half_area() * BLOCKS[(count - left) % BLOCKS.len()];
+                if cost >= best_cost {
+                    first_left = left + 1;
+                    break;
+                }
+                right_costs[left % MAX_SMALL] = cost;
             }
             let mut side = FastBox::EMPTY;
             for left in 1..count {
                 side = side.union(self.bounds(sorted[left - 1]));
-                let cost = side.half_area() * BLOCKS[left % BLOCKS.len()] + right_costs[left % MAX_SMALL];
+                if left < first_left {
+                    continue;
+                }
+                let left_cost = side.half_area() * BLOCKS[left % BLOCKS.len()];
+                if left_cost >= best_cost {
+                    break;
+                }
+                let cost = left_cost + right_costs[left % MAX_SMALL];
                 if cost < best_cost {
                     (best, best_cost) = ((axis, left), cost);
                 }

@@ -68,8 +68,12 @@ impl Items for Leaves<'_> {
             None => range,
         };
         let before = self.blocks.len() as u32;
-        let starts = range.clone().step_by(BLOCK);
-        self.blocks.extend(starts.map(|first| Span { first, count: (range.end - first).min(BLOCK as u32) }));
+        let mut first = range.start;
+        while first < range.end {
+            let count = (range.end - first).min(BLOCK as u32);
+            self.blocks.push(Span { first, count });
+            first += count;
+        }
         before..self.blocks.len() as u32
     }
 
