@@ -336,7 +336,8 @@ mod tests {
 
     #[test]
     fn awkward_triangles_make_valid_trees() {
-        let places: [(&str, fn(f32) -> f32); 7] = [
+        type Distortion = fn(f32) -> f32;
+        let distortions: [(&str, Distortion); 7] = [
             ("all in one place", |_| 0.25),
             ("huge", |x| (x - 0.5) * 3e38 * 2.0),
             ("tiny", |x| x * 1e-40),
@@ -347,9 +348,9 @@ mod tests {
         ];
         let mut random = Random(0x5eed_0012);
         for count in 0..=MAX_SMALL {
-            for (name, place) in places {
+            for (name, distortion) in distortions {
                 let whole = scattered(count, 0.5, &mut random);
-                let positions = whole.positions().iter().map(|position| position.map(place)).collect();
+                let positions = whole.positions().iter().map(|position| position.map(distortion)).collect();
                 let triangles = Triangles::new(positions, whole.indices().into()).expect("all indices are in range");
                 let tree = build_small(&triangles);
                 assert_eq!(tree.validate(), Ok(()), "{count}, {name}");
