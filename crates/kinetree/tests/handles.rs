@@ -58,7 +58,7 @@ fn spoilt(random: &mut Random, good: u128, used: &[u128]) -> u128 {
         0 => word() << 64 | word(),
         1 => good ^ 1 << (word() % 128),
         2 => good ^ (word() << 64 | word()) & (word() << 64 | word()) & (word() << 64 | word()),
-        _ => good & !0xffff_ffff | word() % 5,
+        _ => good & !0xffff_ffff | (word() % 5),
     };
     if used.contains(&bits) { !bits } else { bits }
 }
