@@ -1,4 +1,5 @@
-//! A cloth in the wind: the same triangles in other places every frame, refitted, and rebuilt only when its tree has drifted.
+//! A cloth in the wind: the same triangles with other positions in every frame. Its tree is
+//! refitted, and rebuilt only when it has drifted.
 
 use kinetree::{Affine, EditError, Mesh, Motion, Ray, Scene};
 

@@ -1,4 +1,5 @@
-//! A filter decides where a leaf has holes: shadow rays pass through them, and stop at what is solid.
+//! A filter (any-hit) decides where a leaf has holes: shadow rays pass through them, and stop at
+//! the solid parts.
 
 use kinetree::{Affine, Candidate, EditError, Mesh, Motion, Ray, Scene};
 

@@ -1,4 +1,5 @@
-//! A car drives past a camera; its wheels turn; each frame asks what stands in the middle of the picture.
+//! A car with turning wheels drives past a camera; each frame finds what is in the middle of the
+//! picture.
 
 use kinetree::{Affine, EditError, Mesh, Motion, Ray, Scene};
 

@@ -150,23 +150,24 @@
 //!
 //! # Processor levels
 //!
-//! Kernels exist for AVX-512, AVX2 with FMA, NEON and plain Rust ([`simd::Level`]). The best one that
-//! the processor has is chosen when the program runs; the environment variable `KINETREE_SIMD`
+//! Kernels exist for AVX-512, AVX2 with FMA, NEON and plain Rust ([`simd::Level`]). The best one
+//! that the processor has is chosen when the program runs; the environment variable `KINETREE_SIMD`
 //! (`avx512`, `avx2`, `neon`, `scalar`) names another. Hits are the same to the bit at every level,
 //! unless a mesh asks for [`Precision::Fast`].
 //!
 //! # Threads
 //!
 //! A [`Scene`] is edited and committed by one thread at a time. A commit runs on the calling thread
-//! with help from a pool ([`Threads`]), and does not wait for other work in the pool. A [`Snapshot`]
-//! is `Clone + Send + Sync + 'static`: query it anywhere, drop it anywhere. Queries run on the
-//! calling thread, batches too. ARCHITECTURE.md of the repository tells what an [`Executor`] must do.
+//! with help from a pool ([`Threads`]), and does not wait for other work in the pool. A
+//! [`Snapshot`] is `Clone + Send + Sync + 'static`: query it anywhere, drop it anywhere. Queries
+//! run on the calling thread, batches too. ARCHITECTURE.md of the repository tells what an
+//! [`Executor`] must do.
 //!
 //! # Determinism
 //!
 //! The same edits give the same trees for any number of threads and at every processor level, and
-//! the same hits, except on meshes that ask for [`Precision::Fast`]. [`Scene::commit`] decides by expected costs, never by measured times. Only the
-//! times in a [`FrameReport`] differ.
+//! the same hits, except on meshes that ask for [`Precision::Fast`]. [`Scene::commit`] decides by
+//! expected costs, never by measured times. Only the times in a [`FrameReport`] differ.
 //!
 //! # Errors
 //!
@@ -182,9 +183,9 @@
 //!
 //! # Debug builds
 //!
-//! Without optimisation rays take 25 to 75 times as long. Cargo builds dependencies with the profile
-//! of the game, unless told otherwise: these lines in the game's `Cargo.toml` optimise the library
-//! and leave the game's own code as it is.
+//! Without optimisation rays take 25 to 75 times as long. Cargo builds dependencies with the
+//! profile of the game, unless told otherwise: these lines in the game's `Cargo.toml` optimise the
+//! library and leave the game's own code as it is.
 //!
 //! ```toml
 //! [profile.dev.package.kinetree]

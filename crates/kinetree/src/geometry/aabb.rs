@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::UNIT_ROUNDOFF;
 
-/// An axis-aligned box, closed on all sides. The empty box is inside out.
+/// An axis-aligned box, closed on all sides. A box with `min > max` on an axis is empty.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Aabb {
@@ -62,14 +62,14 @@ impl Aabb {
         self.union(&Self { min: point, max: point })
     }
 
-    /// Its six numbers, in two fours that overlap.
+    /// The six numbers as two overlapping quads, for vector loads.
     #[inline(always)]
     pub(crate) fn quads(&self) -> [&[f32; 4]; 2] {
         let all: &[f32; 6] = bytemuck::cast_ref(self);
         [all.first_chunk().expect("six numbers"), all.last_chunk().expect("six numbers")]
     }
 
-    /// What both have in common; may be empty.
+    /// The intersection, which may be empty.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl Aabb {
         !self.intersection(other).is_empty()
     }
 
-    /// The middle. Of an empty box it has no meaning.
+    /// The centre. Meaningless for an empty box.
     #[inline]
     pub fn center(&self) -> [f32; 3] {
         (Vec3::from(self.min) * 0.5 + Vec3::from(self.max) * 0.5).into()
@@ -95,7 +95,8 @@ impl Aabb {
         (Vec3::from(self.max) - Vec3::from(self.min)).max(Vec3::ZERO).into()
     }
 
-    /// Half of the surface area, square metres; zero for an empty box. Likely to be hit in proportion to it.
+    /// Half of the surface area, square metres; zero for an empty box. The probability of a hit is
+    /// proportional to it.
     #[inline]
     pub fn half_area(&self) -> f32 {
         let [x, y, z] = self.extent();

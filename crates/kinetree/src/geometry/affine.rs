@@ -6,20 +6,21 @@ use glam::{DVec3, Mat3, Quat, Vec3};
 
 use super::{Aabb, UNIT_ROUNDOFF, is_finite};
 
-/// An affine map: three column vectors and a translation. `world_from_object` takes a point of the object to the world.
+/// An affine map: three column vectors and a translation. `world_from_object` takes points from
+/// object space to the world.
 ///
 /// Chains read from right to left: `world_from_car * car_from_wheel` is `world_from_wheel`.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Affine {
-    /// Where the x axis goes.
+    /// The image of the x axis.
     pub x_axis: [f32; 3],
-    /// Where the y axis goes.
+    /// The image of the y axis.
     pub y_axis: [f32; 3],
-    /// Where the z axis goes.
+    /// The image of the z axis.
     pub z_axis: [f32; 3],
-    /// Where the origin goes.
+    /// The image of the origin.
     pub translation: [f32; 3],
 }
 
@@ -32,7 +33,7 @@ impl Default for Affine {
 }
 
 impl Affine {
-    /// Everything stays where it is.
+    /// The identity.
     pub const IDENTITY: Self =
         Self { x_axis: [1.0, 0.0, 0.0], y_axis: [0.0, 1.0, 0.0], z_axis: [0.0, 0.0, 1.0], translation: [0.0; 3] };
 
@@ -41,12 +42,12 @@ impl Affine {
         Self { x_axis, y_axis, z_axis, translation }
     }
 
-    /// Moves by a vector.
+    /// A translation.
     pub const fn from_translation(translation: [f32; 3]) -> Self {
         Self { translation, ..Self::IDENTITY }
     }
 
-    /// Scales each axis about the origin.
+    /// A scale along each axis, about the origin.
     pub const fn from_scale(scale: [f32; 3]) -> Self {
         Self {
             x_axis: [scale[0], 0.0, 0.0],
@@ -56,18 +57,19 @@ impl Affine {
         }
     }
 
-    /// Turns by a unit quaternion (x, y, z, w). Other lengths are brought to one; zero turns nothing.
+    /// A rotation by a quaternion (x, y, z, w), which is normalised; zero means no rotation.
     pub fn from_quaternion(quaternion: [f32; 4]) -> Self {
         Self::from_scale_rotation_translation([1.0; 3], quaternion, [0.0; 3])
     }
 
-    /// Turns by an angle in radians about an axis of any length, counter-clockwise when the axis points at the viewer.
+    /// A rotation by an angle in radians about an axis of any length, counter-clockwise when the
+    /// axis points at the viewer.
     pub fn from_axis_angle(axis: [f32; 3], radians: f32) -> Self {
         let axis = Vec3::from(axis).normalize_or(Vec3::Y);
         Self::from_quaternion(Quat::from_axis_angle(axis, radians).to_array())
     }
 
-    /// Scales, then turns, then moves.
+    /// A scale, then a rotation, then a translation.
     pub fn from_scale_rotation_translation(scale: [f32; 3], quaternion: [f32; 4], translation: [f32; 3]) -> Self {
         let quaternion = Quat::from_array(quaternion);
         let quaternion = if quaternion.length_squared() > 0.0 { quaternion.normalize() } else { Quat::IDENTITY };
@@ -81,7 +83,8 @@ impl Affine {
         )
     }
 
-    /// Places an object at `eye` so that its -z axis looks at `target` and its +y axis is as near to `up` as can be.
+    /// Places an object at `eye` so that its -z axis looks at `target` and its +y axis is as near
+    /// to `up` as can be.
     pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> Self {
         let back = (Vec3::from(eye) - Vec3::from(target)).normalize_or(Vec3::Z);
         let right = Vec3::from(up).cross(back).normalize_or(back.any_orthonormal_vector());
@@ -97,12 +100,12 @@ impl Affine {
         Mat3::from_cols(self.x_axis.into(), self.y_axis.into(), self.z_axis.into())
     }
 
-    /// How volumes grow; negative when the map mirrors.
+    /// The factor by which volumes grow; negative if the map mirrors.
     pub fn determinant(&self) -> f32 {
         self.linear().determinant()
     }
 
-    /// The map back; `None` when there is none: the map flattens space, or its inverse overflows.
+    /// The inverse; `None` if the map flattens space, or the inverse overflows.
     ///
     /// Computed in double precision and rounded once.
     #[must_use]
@@ -110,7 +113,8 @@ impl Affine {
         Self::rounded(&self.inverse_rows()?, wide(self.translation))
     }
 
-    /// The rows of the inverse of the linear part, in double precision; `None` when the map flattens space.
+    /// The rows of the inverse of the linear part, in double precision; `None` when the map
+    /// flattens space.
     pub(crate) fn inverse_rows(&self) -> Option<[DVec3; 3]> {
         let (columns, rows) = (self.columns(), self.cofactors());
         let determinant = columns[0].dot(rows[0]);
@@ -119,7 +123,8 @@ impl Affine {
         (!is_flat).then(|| rows.map(|row| row / determinant))
     }
 
-    /// The map that takes `point` to the origin and has these rows, rounded once; `None` when it overflows.
+    /// The map that takes `point` to the origin and has these rows, rounded once; `None` when it
+    /// overflows.
     pub(crate) fn rounded(rows: &[DVec3; 3], point: DVec3) -> Option<Self> {
         let column = |axis: usize| [rows[0][axis] as f32, rows[1][axis] as f32, rows[2][axis] as f32];
         let translation = rows.map(|row| -row.dot(point) as f32);
@@ -132,7 +137,8 @@ impl Affine {
         [self.x_axis, self.y_axis, self.z_axis].map(wide)
     }
 
-    /// What areas become: the cross products of the columns, in double precision. Each number errs by one rounding, since products of two `f32` are exact there.
+    /// The cofactor matrix, by which areas transform: the cross products of the columns, in double
+    /// precision. Each number has one rounding, since products of two `f32` are exact there.
     fn cofactors(&self) -> [DVec3; 3] {
         let [x, y, z] = self.columns();
         [y.cross(z), z.cross(x), x.cross(y)]
@@ -143,14 +149,14 @@ impl Affine {
         if self.columns()[0].dot(self.cofactors()[0]) < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// A point of the one space in the other.
+    /// Transforms a point.
     #[inline(always)]
     #[must_use]
     pub fn transform_point(&self, point: [f32; 3]) -> [f32; 3] {
         (Vec3::from(self.transform_vector(point)) + Vec3::from(self.translation)).into()
     }
 
-    /// A direction or displacement of the one space in the other.
+    /// Transforms a direction or a displacement.
     #[inline(always)]
     #[must_use]
     pub fn transform_vector(&self, vector: [f32; 3]) -> [f32; 3] {
@@ -158,8 +164,9 @@ impl Affine {
         (Vec3::from(self.x_axis) * x + Vec3::from(self.y_axis) * y + Vec3::from(self.z_axis) * z).into()
     }
 
-    /// A normal of the one space in the other: by the inverse transpose, up to a positive factor, with 1 as the largest coordinate. Not normalised. Of a map that
-    /// flattens space: the normal of the flat image, whose sides are told apart by the order of its corners.
+    /// Transforms a normal, by the inverse transpose up to a positive factor; its largest
+    /// coordinate is then 1. Not normalised. If the map flattens space, the result is the normal of
+    /// the flat image, on the side given by the winding of its corners.
     #[must_use]
     pub fn transform_normal(&self, normal: [f32; 3]) -> [f32; 3] {
         let ([x, y, z], normal) = (self.cofactors(), wide(normal) * self.handedness());
@@ -169,7 +176,7 @@ impl Affine {
         if largest > 0.0 { (image / largest).as_vec3().into() } else { [0.0; 3] }
     }
 
-    /// A box around the image of a box, rounded outwards. Empty stays empty.
+    /// A box around the transformed box, rounded outwards. Empty stays empty.
     #[must_use]
     pub fn transform_box(&self, bounds: &Aabb) -> Aabb {
         if bounds.is_empty() {
@@ -186,10 +193,11 @@ impl Affine {
     }
 }
 
-/// A map whose image of a cube has this share of the volume that its edges would allow counts as flat: to within the rounding of the input, it is.
+/// A map is flat if its determinant is at most this fraction of the product of its columns'
+/// lengths: to within the rounding of the input, it is zero.
 pub(crate) const FLAT: f64 = 8.0 * f32::EPSILON as f64;
 
-/// In double precision.
+/// Converts to double precision.
 pub(crate) fn wide(v: [f32; 3]) -> DVec3 {
     Vec3::from(v).as_dvec3()
 }
@@ -197,7 +205,7 @@ pub(crate) fn wide(v: [f32; 3]) -> DVec3 {
 impl Mul for Affine {
     type Output = Self;
 
-    /// First the right one, then the left one.
+    /// The right one is applied first.
     fn mul(self, first: Self) -> Self {
         Self::from_columns(
             self.transform_vector(first.x_axis),

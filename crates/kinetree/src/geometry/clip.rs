@@ -1,11 +1,13 @@
-//! What is left of a triangle inside a box.
+//! The bounds of the part of a triangle that lies in a box.
 //!
-//! Spatial splits (Stich, Friedrich and Dietrich 2009) bound the part of a triangle on each side of a plane. The polygon is cut in double
-//! precision and its box rounded outwards, so that nothing of the triangle is lost.
+//! Spatial splits (Stich, Friedrich and Dietrich 2009) bound the part of a triangle on each side of
+//! a plane. The polygon is clipped in double precision and its box rounded outwards, so that it
+//! contains the exact part.
 
 use super::{Aabb, Triangle};
 
-/// The box around the part of a triangle that lies in `bounds`; empty when there is none. It lies within `bounds`.
+/// The box around the part of a triangle that lies in `bounds`; empty when there is none. It lies
+/// within `bounds`.
 pub fn clipped_bounds(triangle: &Triangle, bounds: &Aabb) -> Aabb {
     let mut polygon = Polygon::of(triangle);
     for axis in 0..3 {
@@ -37,7 +39,8 @@ impl Polygon {
         &self.corners[..self.count]
     }
 
-    /// The part with `sign * x >= sign * plane` (Sutherland and Hodgman 1974). What lies in the plane stays.
+    /// The part with `sign * x >= sign * plane` (Sutherland and Hodgman 1974). Points in the plane
+    /// belong to it.
     fn above(&self, axis: usize, plane: f64, sign: f64) -> Self {
         let mut kept = Self { corners: [[0.0; 3]; 9], count: 0 };
         for (i, &from) in self.points().iter().enumerate() {

@@ -1,10 +1,11 @@
 //! The ray-triangle test without rounding errors, for the rays that single precision cannot decide.
 //!
-//! All decisions are signs of one form: the dot product of a vector with the normal of a triangle. It
-//! is evaluated in double precision first. Where that leaves fewer than 26 correct bits, it is summed
-//! again as an expansion: a list of doubles whose exact sum is the value.
+//! All decisions are signs of one form: the dot product of a vector with the normal of a triangle.
+//! It is evaluated in double precision first. Where that leaves fewer than 26 correct bits, it is
+//! summed again as an expansion: a list of doubles whose exact sum is the value.
 //!
-//! Shewchuk 1997, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates".
+//! Shewchuk 1997, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
+//! Predicates".
 
 use super::{Ray, Triangle, TriangleHit};
 
@@ -62,8 +63,8 @@ fn along_normal(x: [f64; 3], p: [f64; 3], q: [f64; 3]) -> Option<f64> {
     let value =
         x[0] * (p[1] * q[2] - p[2] * q[1]) + x[1] * (p[2] * q[0] - p[0] * q[2]) + x[2] * (p[0] * q[1] - p[1] * q[0]);
     let sum = |v: [f64; 3]| v[0].abs() + v[1].abs() + v[2].abs();
-    // Each of the six terms is at most this, all together at most twice this, and nine roundings lead
-    // from the exact vectors to any of them: the error is below 20 * 2^-53 of this.
+    // Each of the six terms is at most this, all together at most twice this, and nine roundings
+    // lead from the exact vectors to any of them: the error is below 20 * 2^-53 of this.
     let magnitude = sum(x) * sum(p) * sum(q);
     (value.abs() >= magnitude * LEAST_SHARE).then_some(value)
 }
@@ -98,7 +99,8 @@ impl Expansion {
         }
     }
 
-    /// The factors have 24 bits each, so the first product is exact, and the second one in two parts.
+    /// The factors have 24 bits each, so the first product is exact, and the second one in two
+    /// parts.
     fn add_product(&mut self, x: f64, y: f32, z: f32) {
         let yz = f64::from(y) * f64::from(z);
         let product = x * yz;

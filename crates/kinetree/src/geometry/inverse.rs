@@ -9,20 +9,20 @@
 //! the object cancels in it. Only skew makes it larger. (Higham 2002, "Accuracy and Stability of
 //! Numerical Algorithms", section 7.2, calls it the condition number of Bauer and Skeel.)
 //!
-//! * Up to [`PAID_BY_RAYS`], box tests of the top level leave enough room
+//! * Up to [`PAID_BY_RAYS`], the error bound of box tests of the top level is enough
 //!   ([`ErrorBound::INSTANCES`](super::slab::ErrorBound::INSTANCES)).
-//! * Up to [`MOST_SKEWED`], boxes and far rays are given more (`scene/top_level.rs`).
+//! * Up to [`MOST_SKEWED`], boxes and far rays are padded more (`scene/top_level.rs`).
 //! * Beyond, and for flat placements, the ray is taken to the object in double precision, moved to
-//!   where it enters the bounds of the mesh, and rounded only there: what is lost are roundings of
-//!   the mesh's own coordinates ([`DoubleInverse`]).
+//!   where it enters the bounds of the mesh, and rounded only there: the remaining errors are
+//!   roundings of the mesh's own coordinates ([`DoubleInverse`]).
 
 use glam::DVec3;
 
 use super::affine::wide;
 use super::{Aabb, Affine, Ray, UNIT_ROUNDOFF};
 
-/// What rows of `|M||N|` may sum to without any need for more than what box tests give every ray: 3
-/// and a little, for placements that are not quite what they should be.
+/// The row sums of `|M||N|` that the error bound of box tests covers for every ray: 3, and a little
+/// more for placements that are rotations and scales only up to rounding.
 pub(crate) const PAID_BY_RAYS: f32 = 3.2;
 
 /// Rows of `|M||N|` that sum to more go through double precision: the errors of single precision
@@ -32,7 +32,7 @@ const MOST_SKEWED: f32 = 16.0;
 /// Columns shorter than this count as zero where the inverse overflows, metres.
 const VANISHING: f64 = 1e-36;
 
-/// The way from the world into an object.
+/// The inverse of a placement.
 #[derive(Debug, Clone)]
 pub(crate) enum Inverse {
     /// In single precision.
@@ -44,20 +44,20 @@ pub(crate) enum Inverse {
     Double(Box<DoubleInverse>),
 }
 
-/// The way from the world into an object whose placement is flat along one axis, or badly skewed.
+/// The inverse of a placement that is flat along one axis, or badly skewed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DoubleInverse {
     /// Rows of the inverse of the linear part.
     rows: [DVec3; 3],
     /// The image of the object's origin, metres, world space.
     center: DVec3,
-    /// The map that is inverted: the placement, or what it is after its image was flattened for
-    /// good.
+    /// The map that is inverted: the placement, or the placement after its nearly flat image was
+    /// made exactly flat.
     pub(crate) world_from_object: Affine,
     flat: Option<Flat>,
 }
 
-/// What all of a flat object is moved along, and where to.
+/// How a flat object is projected onto its plane.
 #[derive(Debug, Clone, Copy)]
 struct Flat {
     /// Unit normal of the plane, world space.
@@ -67,17 +67,18 @@ struct Flat {
     along: DVec3,
 }
 
-/// A ray in the space of an object, which it may have been given another start in.
+/// A ray in object space; its origin may have been moved along it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalRay {
     pub(crate) ray: Ray,
-    /// Distances in the world are `start + rate * t`.
+    /// Distances along the world ray are `start + rate * t`.
     start: f64,
     rate: f64,
 }
 
 impl Inverse {
-    /// Of a finite placement; `None` when it is flat along two or three axes, or overflows.
+    /// The inverse of a finite placement; `None` if it is flat along two or three axes, or the
+    /// inverse overflows.
     pub(crate) fn of(world_from_object: &Affine) -> Option<Self> {
         let center = wide(world_from_object.translation);
         let columns = world_from_object.columns();
@@ -94,7 +95,7 @@ impl Inverse {
         DoubleInverse::flattened(world_from_object).map(Box::new).map(Self::Double)
     }
 
-    /// The way back, as far as single precision can tell.
+    /// The inverse, rounded to single precision; `None` if it overflows.
     pub(crate) fn object_from_world(&self) -> Option<Affine> {
         match self {
             Self::Single { object_from_world, .. } => Some(*object_from_world),
@@ -102,8 +103,8 @@ impl Inverse {
         }
     }
 
-    /// By how much rays err in the world near an instance at least, whatever their origin, metres
-    /// along each axis. `bounds` are those of the mesh.
+    /// A bound on the part of the rays' error near an instance that does not depend on their
+    /// origin, metres along each axis, world space. `bounds` are those of the mesh.
     pub(crate) fn error(&self, world_from_object: &Affine, bounds: &Aabb) -> [f32; 3] {
         let columns = world_from_object.columns();
         let local = match self {
@@ -116,7 +117,7 @@ impl Inverse {
     }
 }
 
-/// Of the product of absolute values.
+/// The row sums of the product of absolute values.
 fn row_sums(columns: &[DVec3; 3], rows: &[DVec3; 3]) -> [f32; 3] {
     let sums = rows.map(|row| row.abs().element_sum());
     let all = columns[0].abs() * sums[0] + columns[1].abs() * sums[1] + columns[2].abs() * sums[2];
@@ -247,12 +248,13 @@ fn farthest(bounds: &Aabb) -> DVec3 {
 }
 
 impl LocalRay {
-    /// What a distance along this ray is in the world.
+    /// Converts a distance along this ray to one along the world ray.
     pub(crate) fn in_world(&self, t: f32) -> f32 {
         (self.start + self.rate * f64::from(t)) as f32 + 0.0
     }
 
-    /// A distance along this ray beyond all that lie before a distance in the world.
+    /// A distance along this ray that is not before any point whose world distance is at most
+    /// `t_max`.
     pub(crate) fn beyond(&self, t_max: f32) -> f32 {
         if self.rate == 0.0 {
             return f32::INFINITY;

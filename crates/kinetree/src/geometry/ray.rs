@@ -2,17 +2,18 @@
 
 use glam::{Vec3, Vec3A};
 
-/// A half-open line with bounds. Its direction has any length but zero; `t` counts in lengths of the direction.
+/// A ray with bounds. Its direction has any length but zero; `t` counts lengths of the direction.
 ///
-/// A negative `t_min` counts as 0. A ray with a non-finite origin or direction, a zero direction or a NaN bound hits nothing.
+/// A negative `t_min` counts as 0. A ray with a non-finite origin or direction, a zero direction or
+/// a NaN bound hits nothing.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Ray {
-    /// Where it starts, metres.
+    /// Metres.
     pub origin: [f32; 3],
     /// Hits nearer than this do not count.
     pub t_min: f32,
-    /// Where it goes; need not have length one.
+    /// Of any length but zero.
     pub direction: [f32; 3],
     /// Hits beyond this do not count.
     pub t_max: f32,
@@ -21,7 +22,7 @@ pub struct Ray {
 const _: () = assert!(size_of::<Ray>() == 32);
 
 impl Ray {
-    /// A ray without an end.
+    /// A ray from `t` 0 to infinity.
     pub const fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         Self { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
     }
@@ -38,7 +39,7 @@ impl Ray {
         bytemuck::cast_ref(self)
     }
 
-    /// The way back from [`Ray::quads`].
+    /// The inverse of [`Ray::quads`].
     #[inline(always)]
     pub(crate) fn of_quads(quads: [[f32; 4]; 2]) -> Self {
         bytemuck::cast(quads)
@@ -56,12 +57,12 @@ impl Ray {
         (self.t_min.to_bits() | self.t_max.to_bits()) >> 31 == 0 && self.t_min <= self.t_max
     }
 
-    /// The ray as queries take it: `t_min` at least 0; `None` when nothing can be hit.
+    /// The ray with `t_min` at least 0, as kernels require it; `None` if it can hit nothing.
     #[inline(always)]
     pub(crate) fn validated(&self) -> Option<Self> {
         let (origin, direction) = (Vec3A::from(self.origin), Vec3A::from(self.direction));
         let finite = origin.is_finite() && direction.is_finite();
-        // A negative zero becomes a positive one, whose bits order like its value.
+        // A negative zero becomes a positive one: then the order of the bits is that of the values.
         let t_min = if self.t_min <= 0.0 { 0.0 } else { self.t_min };
         let forward = direction.cmpne(Vec3A::ZERO).any();
         (finite && forward && t_min <= self.t_max).then_some(Self { t_min, t_max: self.t_max + 0.0, ..*self })

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Aabb;
 
-/// Three corners, counter-clockwise for who looks at the front.
+/// Three corners, counter-clockwise as seen from the front.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Triangle {
@@ -26,7 +26,7 @@ impl Triangle {
         x.max(y).max(z)
     }
 
-    /// Perpendicular to the triangle, towards the front; twice as long as the area is large, zero for a degenerate triangle.
+    /// The normal on the front side; its length is twice the area, zero for a degenerate triangle.
     pub fn normal(&self) -> [f32; 3] {
         let [a, b, c] = self.corners.map(Vec3::from);
         (b - a).cross(c - a).into()

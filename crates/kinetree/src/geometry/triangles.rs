@@ -46,13 +46,13 @@ impl Triangles {
         Triangle { corners: self.indices[triangle as usize].map(|vertex| self.positions[vertex as usize]) }
     }
 
-    /// The box that a tree keeps for a triangle: a little larger than the triangle.
+    /// The box that trees store for a triangle: padded by a few roundings of its size.
     #[inline]
     pub fn bounds_of(&self, triangle: u32) -> Aabb {
         self.get(triangle).bounds().padded()
     }
 
-    /// Tells these positions and triangles from others: equal when all are equal to the bit, and hardly ever otherwise. Not made against ill will.
+    /// A hash of positions and triangles to the bit. Not cryptographic.
     pub fn fingerprint(&self) -> u64 {
         fingerprint(&self.positions, &self.indices)
     }
@@ -62,17 +62,17 @@ impl Triangles {
         &self.positions
     }
 
-    /// Vertex numbers, three a triangle.
+    /// Vertex numbers, three per triangle.
     pub fn indices(&self) -> &[[u32; 3]] {
         &self.indices
     }
 
-    /// For writing other positions over the old ones.
+    /// The positions, to be overwritten.
     pub(crate) fn positions_mut(&mut self) -> &mut [[f32; 3]] {
         &mut self.positions
     }
 
-    /// Takes other positions, and gives the old ones.
+    /// Exchanges the positions.
     ///
     /// # Panics
     /// When there are not as many.
@@ -91,7 +91,7 @@ impl Triangles {
     }
 }
 
-/// Of positions and triangles: see [`Triangles::fingerprint`].
+/// See [`Triangles::fingerprint`].
 pub(crate) fn fingerprint(positions: &[[f32; 3]], indices: &[[u32; 3]]) -> u64 {
     let mut digest = Digest::new();
     digest.word(positions.len() as u64);

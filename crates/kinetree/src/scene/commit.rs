@@ -1,4 +1,4 @@
-//! Bringing every tree up to date, and taking a snapshot.
+//! Commits: every tree is brought up to date, and a frame is published as a snapshot.
 
 use std::collections::HashSet;
 
@@ -18,13 +18,16 @@ use crate::traverse::FrameStamp;
 use crate::wide::InstanceRecord;
 
 impl Scene {
-    /// Carries out what was edited: meshes are kept, refitted or rebuilt as their [`Motion`](crate::Motion) and their drift ask for, then the
-    /// tree over all instances is made. Deciding by counts alone: the same edits give the same trees.
+    /// Carries out the edits: meshes are kept, refitted or rebuilt as their
+    /// [`Motion`](crate::Motion) and their drift demand, then the tree over all instances is built.
+    /// Decisions rest on expected costs, never on measured times: the same edits give the same
+    /// trees.
     ///
-    /// The snapshot stays what it is, whatever is edited or committed later, and outlives the scene if need be.
+    /// Later edits and commits never change the returned snapshot, which may outlive the scene.
     pub fn commit(&mut self) -> Snapshot {
         let clock = Clock::start();
-        // Frames that nobody holds any more let go of their meshes first, so that those can be written again.
+        // Frames whose last snapshot was dropped release their meshes first, so that the buffers
+        // can be written again.
         self.history.frames.collect(|frame| frame.release_meshes(&mut self.meshes));
         let (mut frame, new_frame) = self.history.frames.claim();
         self.history.count += 1;
@@ -55,7 +58,7 @@ impl Scene {
         Snapshot::of(self.history.frames.publish(frame))
     }
 
-    /// Of all meshes.
+    /// Bytes held by all meshes.
     fn heap_bytes(&self) -> usize {
         let mut counted = HashSet::new();
         self.meshes.iter().map(|(_, mesh)| mesh.heap_bytes(&mut counted)).sum()
@@ -73,7 +76,8 @@ impl Scene {
         work.into_iter().filter_map(|(_, _, report)| report).collect()
     }
 
-    /// Fills instance records and world boxes; says who was left out, and the further error of rays from far away.
+    /// Fills instance records and world boxes. Returns the instances that were left out, and the
+    /// additional error of rays from far away.
     fn place_instances(&mut self, frame: &mut Frame) -> (Vec<super::InstanceId>, FarRays) {
         let resolved = resolve(&self.nodes);
         frame.placed.clear();
@@ -106,7 +110,7 @@ impl Scene {
         for (handle, (_, instance)) in handles.into_iter().zip(self.instances.iter_mut()) {
             let placement = resolved[instance.node as usize].then(&instance.placement);
             let world_from_object = placement.transform;
-            // Inverses are kept while nothing moves.
+            // The inverse is cached until the placement changes.
             if instance.inverted.as_ref().is_none_or(|(of, _)| *of != world_from_object) {
                 let inverse = world_from_object.is_finite().then(|| Inverse::of(&world_from_object)).flatten();
                 instance.inverted = Some((world_from_object, inverse));
@@ -151,7 +155,7 @@ impl Scene {
         (left_out, far)
     }
 
-    /// The tree over the instances: that of the last frame if no box has moved.
+    /// Makes the tree over the instances; it is that of the last frame if no box has changed.
     fn combine(&self, frame: &mut Frame, far: FarRays) -> TopLevelMethod {
         if let Some(last) = self.history.frames.current()
             && last.boxes == frame.boxes

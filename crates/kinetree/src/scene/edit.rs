@@ -1,4 +1,4 @@
-//! Edits: recorded, checked at once, and carried out by the next commit.
+//! Edits: checked and recorded at once, carried out by the next commit.
 
 use super::contents::Scene;
 use super::error::EditError;
@@ -13,7 +13,7 @@ use crate::handle::{InstanceId, MeshId, NodeId, Placed};
 use crate::update::Motion;
 
 impl Scene {
-    /// Adds a mesh, which is seen where it is instanced.
+    /// Adds a mesh. It is shown where instances place it.
     ///
     /// # Errors
     /// The scene is full.
@@ -22,10 +22,12 @@ impl Scene {
         Ok(self.meshes.insert(MeshState::new(mesh, motion))?.into())
     }
 
-    /// A tree that [`Mesh::bake`] gave earlier for this mesh. The next commit takes it instead of building one, as with [`Mesh::with_tree`].
+    /// Hands over a tree that [`Mesh::bake`] built earlier for this mesh. The next commit uses it
+    /// instead of building one, as with [`Mesh::with_tree`].
     ///
     /// # Errors
-    /// A stale or foreign handle; a mesh that has been committed with these triangles; bytes that are no tree, damaged, or a tree of another mesh.
+    /// A stale or foreign handle; a mesh that has been committed with these triangles; bytes that
+    /// are no tree, damaged, or a tree of another mesh.
     pub fn set_tree(&mut self, mesh: MeshId, tree: &[u8]) -> Result<(), EditError> {
         self.meshes.get_mut(mesh.0)?.set_tree(tree)
     }
@@ -40,8 +42,8 @@ impl Scene {
         let placement = Placement::at(parent_from_node);
         let node = Node { placement, parent: Some(parent.0.slot), ..Node::root() };
         let id = self.nodes.insert(node)?;
-        let place = self.nodes.get_mut(parent.0)?.children.add(id.slot);
-        self.nodes.get_mut(id)?.place = place;
+        let index = self.nodes.get_mut(parent.0)?.children.add(id.slot);
+        self.nodes.get_mut(id)?.index = index;
         Ok(id.into())
     }
 
@@ -59,10 +61,10 @@ impl Scene {
         self.nodes.get(node.0)?;
         self.meshes.get(mesh.0)?;
         let placement = Placement::at(node_from_instance);
-        let instance = Instance { placement, node: node.0.slot, place: 0, mesh: mesh.0, opaque: false, inverted: None };
+        let instance = Instance { placement, node: node.0.slot, index: 0, mesh: mesh.0, opaque: false, inverted: None };
         let id = self.instances.insert(instance)?;
-        let place = self.nodes.get_mut(node.0)?.instances.add(id.slot);
-        self.instances.get_mut(id)?.place = place;
+        let index = self.nodes.get_mut(node.0)?.instances.add(id.slot);
+        self.instances.get_mut(id)?.index = index;
         self.meshes.get_mut(mesh.0)?.instances += 1;
         Ok(id.into())
     }
@@ -83,7 +85,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Queries see an instance when their mask shares a bit with its own and with those of all nodes above.
+    /// Queries see an instance when their mask shares a bit with its own and with those of all
+    /// nodes above.
     ///
     /// # Errors
     /// A stale or foreign handle.
@@ -92,7 +95,8 @@ impl Scene {
         Ok(())
     }
 
-    /// A number of the caller's own, which hits give back. An instance without one has that of the nearest node above; else 0.
+    /// A number of the caller's own, which the view of a hit returns. An instance without one has
+    /// that of the nearest node above; else 0.
     ///
     /// # Errors
     /// A stale or foreign handle.
@@ -101,7 +105,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Filters are not asked about an opaque instance. Instances are not opaque, unless told.
+    /// Filters are not called for hits on an opaque instance. Instances are not opaque, unless set.
     ///
     /// # Errors
     /// A stale or foreign handle.
@@ -110,7 +114,7 @@ impl Scene {
         Ok(())
     }
 
-    /// The same triangles, other places. Normals stay, until [`Scene::set_normals`].
+    /// The same triangles with other positions. Normals stay, until [`Scene::set_normals`].
     ///
     /// # Errors
     /// A stale or foreign handle; another number of positions; a position that is not finite.
@@ -121,7 +125,8 @@ impl Scene {
     /// Other normals, one per vertex.
     ///
     /// # Errors
-    /// A stale or foreign handle; another number of normals than of vertices; a normal that is not finite.
+    /// A stale or foreign handle; another number of normals than of vertices; a normal that is not
+    /// finite.
     pub fn set_normals(&mut self, mesh: MeshId, normals: &[[f32; 3]]) -> Result<(), EditError> {
         let mesh = self.meshes.get_mut(mesh.0)?;
         check_count(mesh, normals.len())?;
@@ -146,7 +151,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Bends a mesh by its morph targets and its skin, from its rest pose.
+    /// Deforms a mesh by its morph targets and its skin, from its rest pose. The next commit
+    /// computes positions and normals.
     ///
     /// # Errors
     /// A stale or foreign handle; a pose that does not fit the mesh or is not finite.
@@ -180,7 +186,8 @@ impl Scene {
     }
 
     /// Chooses how exactly rays are tested against the triangles of a mesh, as
-    /// [`Mesh::with_precision`] does, from the next commit on. The tree stays; its buffer is copied.
+    /// [`Mesh::with_precision`] does, from the next commit on. The tree stays; its buffer is
+    /// copied.
     ///
     /// # Errors
     /// A stale or foreign handle.
@@ -189,8 +196,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Has the next commit build a new tree for a mesh, whatever its motion and its drift. A mesh without a tree gets its first one as
-    /// usual.
+    /// Makes the next commit build a new tree for a mesh, whatever its motion and drift. A mesh
+    /// without a tree gets its first one as usual.
     ///
     /// # Errors
     /// A stale or foreign handle.
@@ -217,27 +224,27 @@ impl Scene {
     pub fn remove_instance(&mut self, instance: InstanceId) -> Result<(), EditError> {
         let removed = self.instances.remove(instance.0)?;
         if let Some(node) = self.nodes.at_mut(removed.node)
-            && let Some(moved) = node.instances.remove(removed.place)
+            && let Some(moved) = node.instances.remove(removed.index)
             && let Some(moved) = self.instances.at_mut(moved)
         {
-            moved.place = removed.place;
+            moved.index = removed.index;
         }
         self.meshes.get_mut(removed.mesh)?.instances -= 1;
         Ok(())
     }
 
-    /// Removes a node with all that hangs on it. Meshes stay.
+    /// Removes a node with all nodes and instances below it. Meshes stay.
     ///
     /// # Errors
     /// A stale or foreign handle; the root.
     pub fn remove_node(&mut self, node: NodeId) -> Result<(), EditError> {
-        let Node { parent, place, .. } = *self.nodes.get(node.0)?;
+        let Node { parent, index, .. } = *self.nodes.get(node.0)?;
         let parent = parent.ok_or(EditError::Root)?;
         if let Some(parent) = self.nodes.at_mut(parent)
-            && let Some(moved) = parent.children.remove(place)
+            && let Some(moved) = parent.children.remove(index)
             && let Some(moved) = self.nodes.at_mut(moved)
         {
-            moved.place = place;
+            moved.index = index;
         }
         let mut open = vec![node.0.slot];
         while let Some(node) = open.pop().and_then(|slot| self.nodes.remove_at(slot)) {
@@ -272,7 +279,7 @@ fn check_count(mesh: &MeshState, found: usize) -> Result<(), EditError> {
 mod tests {
     use super::*;
 
-    /// Steps in the lists of what hangs on nodes.
+    /// Steps in the lists of the children and instances of nodes.
     fn steps(scene: &Scene) -> u64 {
         scene.nodes.iter().map(|(_, node)| node.children.steps + node.instances.steps).sum()
     }
@@ -307,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hangs_on_a_node_is_right_after_any_removals() {
+    fn children_and_instances_are_right_after_any_removals() {
         let mut scene = Scene::new();
         let mesh = scene.add_mesh(Mesh::empty(), Motion::Rigid).unwrap();
         let mut nodes = vec![scene.root()];
@@ -334,13 +341,13 @@ mod tests {
             for (slot, node) in scene.nodes.iter() {
                 if let Some(parent) = node.parent {
                     let siblings = scene.nodes.at(parent).unwrap().children.slots();
-                    assert_eq!(siblings[node.place as usize], slot, "step {step}");
+                    assert_eq!(siblings[node.index as usize], slot, "step {step}");
                 }
                 assert!(node.children.slots().iter().all(|&child| scene.nodes.at(child).is_some()));
             }
             for (slot, instance) in scene.instances.iter() {
                 let siblings = scene.nodes.at(instance.node).unwrap().instances.slots();
-                assert_eq!(siblings[instance.place as usize], slot, "step {step}");
+                assert_eq!(siblings[instance.index as usize], slot, "step {step}");
             }
             let listed: usize = scene.nodes.iter().map(|(_, node)| node.instances.slots().len()).sum();
             assert_eq!(listed, scene.instances.iter().count());

@@ -1,4 +1,4 @@
-//! What an edit can have against it. After an error, the scene is as it was.
+//! Errors of edits. After an error, the scene is as it was.
 
 use thiserror::Error;
 
@@ -18,13 +18,13 @@ pub enum MeshError {
         /// How many there are.
         vertices: usize,
     },
-    /// A list of indices that does not end with a whole triangle.
+    /// A list of indices whose length is not a multiple of three.
     #[error("{count} indices do not make whole triangles")]
     NotWholeTriangles {
         /// How many indices.
         count: usize,
     },
-    /// A number that is infinite or none.
+    /// A number that is infinite or NaN.
     #[error("vertex {at} has a number that is not finite")]
     NonFinite {
         /// The first such vertex.
@@ -39,7 +39,7 @@ pub enum MeshError {
     /// One entry per vertex was expected.
     #[error("there are {expected} vertices, but {found} {what}")]
     CountDiffers {
-        /// Of what.
+        /// What was counted.
         what: &'static str,
         /// Vertices.
         expected: usize,
@@ -49,7 +49,7 @@ pub enum MeshError {
     /// More than 2^27 triangles or 2^32 - 1 vertices.
     #[error("{count} {what} are too many")]
     TooMany {
-        /// Of what.
+        /// What was counted.
         what: &'static str,
         /// How many.
         count: usize,
@@ -68,7 +68,7 @@ pub enum MeshError {
     },
 }
 
-/// A hit was taken to a frame that it is not of: its numbers mean other things there.
+/// A hit was given to a snapshot of another frame, where its numbers mean other things.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the hit is of another frame; only snapshots of the frame that was traced resolve it")]
 pub struct ForeignHit;
@@ -80,13 +80,13 @@ pub enum EditError {
     /// Something is wrong with the mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The bytes are no tree of the mesh.
+    /// The bytes are not a tree of the mesh.
     #[error(transparent)]
     Tree(#[from] TreeFileError),
-    /// A tree was handed over for a mesh that has one.
+    /// A tree was handed over for a mesh that has one already.
     #[error("the mesh has its tree already; trees from files are handed over before the first commit")]
     HasTree,
-    /// What the handle named has been removed.
+    /// The mesh, node or instance of the handle has been removed.
     #[error("the handle is stale: what it named has been removed")]
     StaleHandle,
     /// The handle belongs to another scene.
@@ -100,7 +100,7 @@ pub enum EditError {
         /// Positions or normals given.
         found: usize,
     },
-    /// A transform or a pose with a number that is infinite or none.
+    /// A transform or a pose with a number that is infinite or NaN.
     #[error("number {at} of the transform or pose is not finite")]
     NonFinite {
         /// The first such joint, weight, vertex; 0 for a transform.
@@ -118,11 +118,11 @@ pub enum EditError {
     /// A pose for other morph targets or joints than the mesh has.
     #[error("the mesh has {expected} {what}, but the pose has {found}")]
     PoseDiffers {
-        /// Of what.
+        /// What was counted.
         what: &'static str,
-        /// Of the mesh.
+        /// How many the mesh has.
         expected: usize,
-        /// Of the pose.
+        /// How many the pose has.
         found: usize,
     },
     /// More than 2^27 instances or 2^32 - 1 handles.

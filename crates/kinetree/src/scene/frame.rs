@@ -15,8 +15,8 @@ use crate::traverse::FrameBvh;
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
     pub(crate) world: FrameBvh,
-    /// Those of the meshes of `world`, by slot, where they have any. Apart from them, because normals
-    /// change without their trees.
+    /// Those of the meshes of `world`, by slot, where they have any. Apart from them, because
+    /// normals change without their trees.
     pub(crate) normals: Vec<Option<FrameNormals>>,
     /// One per instance record.
     pub(crate) placed: Vec<PlacedInstance>,

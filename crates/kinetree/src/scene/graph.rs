@@ -1,4 +1,4 @@
-//! The hierarchy: nodes within nodes, and the instances that hang on them.
+//! The hierarchy: nodes within nodes, and the instances in them.
 
 use super::members::Members;
 use super::slots::Slots;
@@ -12,7 +12,7 @@ pub(crate) struct Placement {
     /// Parent from node, or node from instance.
     pub(crate) transform: Affine,
     pub(crate) mask: u32,
-    /// Of the nearest node above that has one, if this is `None`.
+    /// `None` means that of the nearest node above that has one.
     pub(crate) user_id: Option<u32>,
 }
 
@@ -21,7 +21,7 @@ impl Placement {
         Self { transform, mask: u32::MAX, user_id: None }
     }
 
-    /// What is placed in this, as seen from where this is placed.
+    /// The placement of something that is placed in this.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         Self {
             transform: self.transform * inner.transform,
@@ -36,8 +36,8 @@ pub(crate) struct Node {
     pub(crate) placement: Placement,
     /// `None` for a root.
     pub(crate) parent: Option<u32>,
-    /// Among the children of the parent.
-    pub(crate) place: u32,
+    /// Index among the children of the parent.
+    pub(crate) index: u32,
     pub(crate) children: Members,
     pub(crate) instances: Members,
 }
@@ -47,7 +47,7 @@ impl Node {
         Self {
             placement: Placement::at(Affine::IDENTITY),
             parent: None,
-            place: 0,
+            index: 0,
             children: Members::default(),
             instances: Members::default(),
         }
@@ -58,20 +58,21 @@ impl Node {
 pub(crate) struct Instance {
     pub(crate) placement: Placement,
     pub(crate) node: u32,
-    /// Among the instances of the node.
-    pub(crate) place: u32,
+    /// Index among the instances of the node.
+    pub(crate) index: u32,
     pub(crate) mesh: Handle,
     pub(crate) opaque: bool,
     /// The placement that the inverse belongs to.
     pub(crate) inverted: Option<(Affine, Option<Inverse>)>,
 }
 
-/// Where every node stands in its root's space, by slot. Parents before children, without recursion: chains may be long.
+/// The placement of every node in the world, by slot. Parents come before children, without
+/// recursion, since chains may be long.
 pub(crate) fn resolve(nodes: &Slots<Node>) -> Vec<Placement> {
     let mut resolved = vec![Placement::at(Affine::IDENTITY); nodes.end()];
     let mut open: Vec<u32> = nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(slot, _)| slot).collect();
     while let Some(slot) = open.pop() {
-        let node = nodes.at(slot).expect("a child is removed together with its place among the children");
+        let node = nodes.at(slot).expect("a child is in the list of its parent as long as it exists");
         resolved[slot as usize] = match node.parent {
             Some(parent) => resolved[parent as usize].then(&node.placement),
             None => node.placement,

@@ -1,5 +1,4 @@
-//! What is below which node, as frames hold it; made anew only when nodes or instances came or
-//! went.
+//! The hierarchy that frames hold, made anew only when nodes or instances were added or removed.
 
 use std::sync::Arc;
 
@@ -12,7 +11,7 @@ use crate::traverse::Hierarchy;
 #[derive(Debug, Default)]
 pub(crate) struct HierarchyCache {
     hierarchy: Arc<Hierarchy>,
-    /// Changes of nodes and of instances that it knows about.
+    /// How many additions and removals of nodes, and of instances, it takes into account.
     changes: Option<[u64; 2]>,
 }
 
@@ -29,13 +28,13 @@ impl HierarchyCache {
     }
 }
 
-/// All nodes, each with the slot of its parent and right before what is below it. Without recursion:
-/// chains may be long.
+/// All nodes, each with the slot of its parent and right before what is below it. Without
+/// recursion: chains may be long.
 fn depth_first(nodes: &Slots<Node>) -> Vec<(Handle, Option<u32>)> {
     let mut order = Vec::new();
     let mut open: Vec<u32> = nodes.iter().filter(|(_, node)| node.parent.is_none()).map(|(slot, _)| slot).collect();
     while let Some(slot) = open.pop() {
-        let node = nodes.at(slot).expect("a child is removed together with its place among the children");
+        let node = nodes.at(slot).expect("a child is in the list of its parent as long as it exists");
         order.push((nodes.handle_of(slot), node.parent));
         open.extend(node.children.slots());
     }

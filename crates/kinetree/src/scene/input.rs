@@ -108,8 +108,8 @@ impl<'a> From<&'a Vec<glam::Vec3>> for Positions<'a> {
 }
 
 impl<'a> Positions<'a> {
-    /// The positions in a list of vertices: three floats, `offset` bytes from the beginning of each.
-    /// A vertex that does not hold them is an error when the positions are used
+    /// The positions in a list of vertices: three floats, `offset` bytes from the beginning of
+    /// each. A vertex that does not hold them is an error when the positions are used
     /// ([`MeshError::StrideOutOfRange`]).
     ///
     /// ```

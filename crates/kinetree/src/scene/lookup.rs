@@ -13,8 +13,8 @@ use crate::update::Motion;
 ///
 /// Each of these gives what the edits have made of the scene, whether or not it has been committed.
 impl Scene {
-    /// All nodes, the root included, by the numbers of their slots: an order that does not depend on
-    /// the hierarchy.
+    /// All nodes, the root included, by the numbers of their slots: an order that does not depend
+    /// on the hierarchy.
     pub fn nodes(&self) -> impl Iterator<Item = NodeId> {
         self.nodes.handles().map(NodeId)
     }
@@ -45,7 +45,8 @@ impl Scene {
         Ok(self.meshes.get(mesh.0)?.motion())
     }
 
-    /// The quality of the next build of a mesh: the one that was chosen, or that its motion suggests.
+    /// The quality of the next build of a mesh: the one that was chosen, or that its motion
+    /// suggests.
     ///
     /// # Errors
     /// A stale or foreign handle.

@@ -1,5 +1,5 @@
-//! What hangs on a node. Every member knows its place in the list, so that any of them is taken out
-//! in one step.
+//! The children or the instances of a node. Every member stores its index in the list, so that any
+//! of them is removed in one step.
 
 /// Slots of nodes or instances, in no particular order.
 #[derive(Debug, Default)]
@@ -11,19 +11,19 @@ pub(crate) struct Members {
 }
 
 impl Members {
-    /// Adds a member, and gives the place that it has to remember.
+    /// Adds a member, and returns the index that it has to store.
     pub(crate) fn add(&mut self, slot: u32) -> u32 {
         self.count_step();
         self.slots.push(slot);
         self.slots.len() as u32 - 1
     }
 
-    /// Takes out the member of a place. The last one moves there: it is returned, and has to
-    /// remember its new place.
-    pub(crate) fn remove(&mut self, place: u32) -> Option<u32> {
+    /// Removes the member at an index. The last one moves there: it is returned, and has to store
+    /// its new index.
+    pub(crate) fn remove(&mut self, index: u32) -> Option<u32> {
         self.count_step();
-        self.slots.swap_remove(place as usize);
-        self.slots.get(place as usize).copied()
+        self.slots.swap_remove(index as usize);
+        self.slots.get(index as usize).copied()
     }
 
     pub(crate) fn slots(&self) -> &[u32] {

@@ -1,4 +1,4 @@
-//! Geometry as it is handed over: positions and triangles, and what may bend them.
+//! Geometry as it is handed over: positions and triangles, and what may deform them.
 
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -13,7 +13,8 @@ use crate::traverse::MeshFrame;
 use crate::wide::{MeshBvh, TreeFileError};
 
 /// Triangles that share vertices, in their rest pose. Cheap to clone: clones share everything. That
-/// includes the tree of the rest pose, if their first commit finds them at rest, or bent by a pose.
+/// includes the tree of the rest pose, if their first commit finds them at rest, or deformed by a
+/// pose.
 #[derive(Clone)]
 pub struct Mesh {
     data: Arc<MeshData>,
@@ -43,7 +44,7 @@ pub(crate) struct MeshData {
     pub(crate) normals: Arc<VertexNormals>,
     pub(crate) morph_targets: Vec<MorphTarget>,
     pub(crate) skin: Option<Skin>,
-    /// Instead of what the motion suggests.
+    /// Chosen instead of what the motion suggests.
     pub(crate) quality: Option<Quality>,
     pub(crate) precision: Precision,
     /// The rest pose with its tree, for each quality; built by the first of several clones.
@@ -51,8 +52,9 @@ pub(crate) struct MeshData {
 }
 
 impl Mesh {
-    /// Positions in metres, object space; triangles counter-clockwise for who looks at their fronts. Indices may be `u16` or `u32`, flat or in
-    /// threes. Degenerate and duplicate triangles are fine.
+    /// Positions in metres, object space. Corners run counter-clockwise as seen from the front of a
+    /// triangle. Indices may be `u16` or `u32`, flat or in threes. Degenerate and duplicate
+    /// triangles are allowed.
     ///
     /// # Errors
     /// Indices out of range or not in threes, positions that are not finite.
@@ -62,7 +64,8 @@ impl Mesh {
         Ok(Self::of(MeshData { positions, triangles, ..MeshData::default() }))
     }
 
-    /// Nothing at all, to begin with.
+    /// A mesh without triangles, to be replaced later by
+    /// [`Scene::set_triangles`](crate::Scene::set_triangles).
     pub fn empty() -> Self {
         Self::of(MeshData::default())
     }
@@ -92,7 +95,7 @@ impl Mesh {
         Ok(self.changed(|data| data.skin = Some(skin)))
     }
 
-    /// Shapes that the vertices can be pulled towards.
+    /// Morph targets that a pose can add.
     ///
     /// # Errors
     /// Another number of displacements than of vertices, or one that is not finite.
@@ -108,15 +111,17 @@ impl Mesh {
         Ok(self.changed(|data| data.morph_targets = targets))
     }
 
-    /// How much build time to trade for traversal speed, for this mesh, instead of what its [`Motion`](crate::Motion) suggests.
+    /// How much build time to trade for traversal speed, for this mesh, instead of what its
+    /// [`Motion`](crate::Motion) suggests.
     ///
-    /// [`Quality::Best`] is for what does not bend: a refit takes triangles whole where the build had cut them.
+    /// [`Quality::Best`] is for meshes that do not deform: a refit bounds whole triangles where the
+    /// build had cut them.
     #[must_use]
     pub fn with_quality(self, quality: Quality) -> Self {
         self.changed(|data| data.quality = Some(quality))
     }
 
-    /// How carefully triangles are tested, instead of [`Precision::Watertight`].
+    /// How exactly rays are tested against triangles, instead of [`Precision::Watertight`].
     #[must_use]
     pub fn with_precision(mut self, precision: Precision) -> Self {
         if let Some(tree) = &mut self.tree {
@@ -128,8 +133,9 @@ impl Mesh {
         })
     }
 
-    /// A tree that [`Mesh::bake`] gave earlier for the same positions and triangles. The first commit takes it instead of building one, whatever the
-    /// quality; what is refitted or rebuilt later goes on as usual.
+    /// Hands over a tree that [`Mesh::bake`] built earlier for the same positions and triangles.
+    /// The first commit uses it instead of building one, whatever the quality. Later refits and
+    /// rebuilds go on as usual.
     ///
     /// # Errors
     /// The bytes are no tree, damaged, or a tree of another mesh.
@@ -140,9 +146,9 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Builds the tree of the rest pose, and returns it as bytes for [`Mesh::with_tree`], so that it
-    /// is built once for many runs of a program. [`TreeFile`](crate::TreeFile) keeps the trees of
-    /// many meshes in one file.
+    /// Builds the tree of the rest pose, and returns it as bytes for [`Mesh::with_tree`], so that
+    /// it is built once for many runs of a program. [`TreeFile`](crate::TreeFile) keeps the trees
+    /// of many meshes in one file.
     ///
     /// The quality is that of the options, whatever [`Mesh::with_quality`] says.
     pub fn bake(&self, options: &BuildOptions) -> Vec<u8> {
@@ -183,7 +189,7 @@ impl Mesh {
         &self.data
     }
 
-    /// The rest pose, as builders want it.
+    /// The rest pose, in the form that builders take.
     pub(crate) fn at_rest(&self) -> Triangles {
         let rest = Triangles::new(self.data.positions.clone(), self.data.triangles.clone());
         rest.expect("a mesh has only indices in range")

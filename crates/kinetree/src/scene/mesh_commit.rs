@@ -111,9 +111,9 @@ impl MeshState {
         decide(&MeshUpdate { motion: self.motion, edit, has_tree, rebuild, is_below_quality })
     }
 
-    /// Chooses the tree to begin with. Trees that came with the mesh, or that clones share, stand over
-    /// the rest pose: they are taken as they are where nothing has moved, and refitted where the mesh
-    /// deforms.
+    /// Chooses the tree to begin with. Trees that came with the mesh, or that clones share, stand
+    /// over the rest pose: they are taken as they are where nothing has moved, and refitted where
+    /// the mesh deforms.
     fn start(&mut self, report: &mut MeshReport, shares_first_build: bool, is_at_rest: bool) -> Start {
         if report.action == Action::Refitted {
             return Start::Last;
@@ -186,8 +186,9 @@ impl MeshState {
         self.tree.drift = 1.0;
     }
 
-    /// A buffer with the vertices of a pose, whose normals are published if they are asked for. `None`
-    /// if the pose makes a vertex infinite or NaN: then the buffers go back, and the pose is dropped.
+    /// A buffer with the vertices of a pose, whose normals are published if they are asked for.
+    /// `None` if the pose makes a vertex infinite or NaN: then the buffers go back, and the pose is
+    /// dropped.
     fn write_posed(
         &mut self,
         pose: &OwnedPose,

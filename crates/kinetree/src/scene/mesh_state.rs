@@ -1,5 +1,5 @@
-//! A mesh in a scene: what it was handed over as, its settings, its edits since the last commit, and
-//! its buffers. `mesh_commit` brings it up to date.
+//! A mesh in a scene: what it was handed over as, its settings, its edits since the last commit,
+//! and its buffers. `mesh_commit` brings it up to date.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -30,8 +30,8 @@ pub(crate) struct MeshState {
     pub(super) positions_buffer: Vec<[f32; 3]>,
     /// Vertices and trees. Shared by clones of the mesh: the rest pose.
     pub(super) frames: Ring<MeshFrame>,
-    /// Apart from the vertices, since normals change without their tree. Shared by clones: those that
-    /// the mesh was handed over with.
+    /// Apart from the vertices, since normals change without their tree. Shared by clones: those
+    /// that the mesh was handed over with.
     pub(super) normals: Ring<VertexNormals>,
     pub(super) tree: TreeHistory,
 }
@@ -145,8 +145,8 @@ impl MeshState {
         self.edits.normals = None;
     }
 
-    /// Bytes held, those of buffers that snapshots still hold included. What clones share is counted
-    /// once: `counted` remembers its addresses.
+    /// Bytes held, those of buffers that snapshots still hold included. What clones share is
+    /// counted once: `counted` remembers its addresses.
     pub(crate) fn heap_bytes(&self, counted: &mut HashSet<*const ()>) -> usize {
         let own = self.frames.heap_bytes() + self.normals.heap_bytes();
         let shared = self.frames.shared().map(|frame| (Arc::as_ptr(frame).cast::<()>(), frame.heap_bytes()));

@@ -1,7 +1,9 @@
-//! Meshes, poses, nodes, instances, frames and snapshots: what a game edits, and what its rays ask.
+//! Meshes, poses, nodes, instances, frames and snapshots: what a game edits, and what it queries.
 //!
-//! A frame has phases. Edits are recorded (`edit`), [`Scene::commit`] brings every tree up to date (`commit`, with `mesh_commit` for one mesh and
-//! `top_level` for all instances), and gives a [`Snapshot`] that queries share without locks and that no later edit touches (`published`, and `ring` for the buffers of one mesh).
+//! A frame has phases. Edits are recorded (`edit`); [`Scene::commit`] brings every tree up to date
+//! (`commit`, with `mesh_commit` for one mesh and `top_level` for all instances) and returns a
+//! [`Snapshot`], which queries share without locks and no later edit changes (`published`, and
+//! `ring` for the buffers of one mesh).
 
 mod commit;
 mod contents;

@@ -1,37 +1,42 @@
 //! Rays that leave a surface without meeting it again.
 //!
-//! The place of a hit is computed in double precision from its weights, so that it lies in the plane of the triangle to
-//! within 2^-50 of the triangle's size, however large that is. The origin is a point of single precision next to it: it is
-//! taken into the space of the object by the operations of the queries, and moved until it is there what it has to be,
-//! beyond the plane and not beyond an edge. Nothing is assumed about the rounding on the way; it is measured.
+//! The point that was hit is computed in double precision from the weights of the hit, so that it
+//! lies in the plane of the triangle to within 2^-50 of the triangle's size, however large that is.
+//! The origin of the new ray is a single-precision point next to it. It is transformed to object
+//! space by the operations of the queries, and moved until it is there on the right side of the
+//! plane and not past an edge. So the rounding of the transform is not assumed but measured.
 //!
-//! Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition 2023, section 6.8, bounds the same errors;
-//! Waechter and Binder 2019, "A Fast and Robust Method for Avoiding Self-Intersection".
+//! Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition 2023, section 6.8, bounds
+//! the same errors; Waechter and Binder 2019, "A Fast and Robust Method for Avoiding
+//! Self-Intersection".
 
 use glam::{DMat3, DVec3};
 
 use crate::geometry::{Affine, Precision, Ray, Triangle, UNIT_ROUNDOFF};
 use crate::wide::InstanceRecord;
 
-/// The least height of an origin over the plane, as a part of the distance to the farthest corner. A watertight hit is never on
-/// the other side of the ray's origin, so that any height will do that double precision tells from none.
+/// The least height of an origin over the plane, as a fraction of the distance to the farthest
+/// corner. A watertight hit is never behind the origin of its ray, so any height that double
+/// precision distinguishes from zero is enough.
 const LEAST_HEIGHT: f64 = 1.0 / (1_u64 << 42) as f64;
 
-/// By how much a place may be off, as a part of its coordinates: what double precision rounds, with room to spare.
-const PLACE_ERROR: f64 = 1.0 / (1_u64 << 48) as f64;
+/// A bound on the error of a point, as a fraction of its coordinates: the roundings of double
+/// precision, and more.
+const POINT_ERROR: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// The same height where triangles are tested in single precision: some eight roundings.
+/// The same for triangles that are tested in single precision: some eight roundings.
 const LEAST_HEIGHT_FAST: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// How often an origin is moved. Each time at least doubles the way, so the last ones are farther off than all roundings.
+/// How often an origin is moved. Each step at least doubles the distance, so the last ones exceed
+/// all roundings.
 const ATTEMPTS: usize = 32;
 
-/// A triangle whose outline is no more than so many times as long as the radius of the circle in it is moved over towards its
-/// middle; over a longer one, that would lead far away.
-const PLUMP: f64 = 32.0;
+/// Where the perimeter of a triangle is at most this many times the radius of its incircle, origins
+/// move towards the incentre; in a longer one, that would lead far away.
+const MOST_PERIMETER_BY_INRADIUS: f64 = 32.0;
 
-/// The point of a triangle with the weights of a hit, object space, and in the plane of the triangle.
-pub(super) fn place(triangle: &Triangle, u: f32, v: f32) -> DVec3 {
+/// The point of a triangle with the weights of a hit, object space, in the plane of the triangle.
+pub(super) fn point_at(triangle: &Triangle, u: f32, v: f32) -> DVec3 {
     let [a, b, c] = triangle.corners.map(wide);
     let (u, v) = (f64::from(u), f64::from(v));
     a * (1.0 - u - v) + b * u + c * v
@@ -42,13 +47,13 @@ pub(super) fn to_world(map: &Affine, point: DVec3) -> DVec3 {
     linear(map) * point + wide(map.translation)
 }
 
-/// By how much weights may be off that were rounded to single precision a few times.
+/// A bound on the error of weights that were rounded to single precision a few times.
 const WEIGHT_ERROR: f64 = 1.0 / (1 << 22) as f64;
 
-/// Where a ray meets the plane of a triangle, world space, if that is where its weights say within their error; else where
-/// its weights say.
+/// The point where a ray meets the plane of a triangle, world space, if it agrees with the weights
+/// of the hit within their error; else the point by the weights.
 pub(super) fn along(world_from_object: &Affine, triangle: &Triangle, [u, v]: [f32; 2], ray: &Ray) -> DVec3 {
-    let by_weights = to_world(world_from_object, place(triangle, u, v));
+    let by_weights = to_world(world_from_object, point_at(triangle, u, v));
     let [a, b, c] = triangle.corners.map(|corner| to_world(world_from_object, wide(corner)));
     let (origin, direction) = (wide(ray.origin), wide(ray.direction));
     let normal = (b - a).cross(c - a);
@@ -57,8 +62,8 @@ pub(super) fn along(world_from_object: &Affine, triangle: &Triangle, [u, v]: [f3
     if on_ray.distance(by_weights) <= WEIGHT_ERROR * size { on_ray } else { by_weights }
 }
 
-/// The ray in a direction that starts at the place of a hit, just off the surface, on the side that the direction points
-/// to.
+/// The ray in a direction that starts at the point that was hit, just off the surface, on the side
+/// that the direction points to.
 pub(super) fn leave(
     world_from_object: &Affine,
     record: &InstanceRecord,
@@ -69,8 +74,8 @@ pub(super) fn leave(
     if record.in_double {
         return leave_in_world(triangle, world_from_object, [u, v], direction);
     }
-    let surface = Surface::new(triangle, place(triangle, u, v));
-    let base = to_world(world_from_object, surface.place);
+    let surface = Surface::new(triangle, point_at(triangle, u, v));
+    let base = to_world(world_from_object, surface.point);
     // How the height above the plane, as queries see it, grows in the world.
     let gradient = linear(&record.object_from_world).transpose() * surface.normal;
     let toward = wide(direction);
@@ -83,9 +88,9 @@ pub(super) fn leave(
         return Ray::new(base.as_vec3().into(), direction);
     }
     let least = if precision == Precision::Fast { LEAST_HEIGHT_FAST } else { LEAST_HEIGHT };
-    let least = least * surface.reach + PLACE_ERROR * surface.place.abs().max_element();
+    let least = least * surface.reach + POINT_ERROR * surface.point.abs().max_element();
     let (mut lift, mut turn) = (least, 0.0);
-    // Along the plane, as a vector and as a part of the way to the middle.
+    // Along the plane, as a vector and as a fraction of the way to the incentre.
     let (mut shift, mut part) = (DVec3::ZERO, 0.0);
     let (mut ray, mut keeps_inside) = (Ray::new([0.0; 3], direction), true);
     for _ in 0..ATTEMPTS {
@@ -93,12 +98,12 @@ pub(super) fn leave(
         if turn > 0.0 {
             ray.direction = rounded(toward + up * turn, up);
         }
-        // A ray that can meet nothing there meets no surface it left.
+        // A ray that can hit nothing in this object does not hit the surface it leaves.
         let Some(local) = record.enter(&ray) else { return ray };
         let origin = wide(local.origin);
-        let height = side * surface.normal.dot(origin - surface.place);
+        let height = side * surface.normal.dot(origin - surface.point);
         let slope = side * surface.normal.dot(wide(local.direction));
-        let inward = if keeps_inside { surface.way_inward(origin, height) } else { DVec3::ZERO };
+        let inward = if keeps_inside { surface.step_inward(origin, height) } else { DVec3::ZERO };
         if height >= least && slope >= 0.0 && inward == DVec3::ZERO {
             break;
         }
@@ -110,7 +115,7 @@ pub(super) fn leave(
         }
         if inward != DVec3::ZERO {
             let step = step(&record.object_from_world, base);
-            part = 2.0 * part + (inward.length() + step) / surface.radius();
+            part = 2.0 * part + (inward.length() + step) / surface.inradius();
             shift = surface.shift(part, 2.0 * (shift + inward) + inward.normalize_or_zero() * step);
         }
         // A triangle that has no point of single precision over it is left where it was hit.
@@ -121,7 +126,7 @@ pub(super) fn leave(
     ray
 }
 
-/// About the spacing of single precision where a point of the world is taken into the space of the object.
+/// About the spacing of single precision where a world-space point is transformed to object space.
 fn step(object_from_world: &Affine, point: DVec3) -> f64 {
     let map = linear(object_from_world);
     let point = point.abs();
@@ -129,10 +134,11 @@ fn step(object_from_world: &Affine, point: DVec3) -> f64 {
     (terms + wide(object_from_world.translation).abs()).max_element() * f64::from(UNIT_ROUNDOFF)
 }
 
-/// The same where rays enter the object in double precision, since its placement is flat or badly skewed: off the plane in
-/// the world, by as much as roundings of the mesh's own coordinates come to there.
+/// As [`leave`], for objects that rays enter in double precision, since the placement is flat or
+/// badly skewed: the origin is moved off the plane in world space, by the size that roundings of
+/// the mesh's own coordinates have there.
 fn leave_in_world(triangle: &Triangle, world_from_object: &Affine, [u, v]: [f32; 2], direction: [f32; 3]) -> Ray {
-    let place = to_world(world_from_object, place(triangle, u, v));
+    let point = to_world(world_from_object, point_at(triangle, u, v));
     let [a, b, c] = triangle.corners.map(|corner| to_world(world_from_object, wide(corner)));
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let side = if normal.dot(wide(direction)) < 0.0 { -normal } else { normal };
@@ -141,32 +147,33 @@ fn leave_in_world(triangle: &Triangle, world_from_object: &Affine, [u, v]: [f32;
         let corner = wide(corner).abs();
         (map.x_axis.abs() * corner.x + map.y_axis.abs() * corner.y + map.z_axis.abs() * corner.z).max_element()
     });
-    let lift = LEAST_HEIGHT_FAST * sizes.into_iter().fold(place.abs().max_element(), f64::max);
-    Ray::new(rounded(place + side * lift, side), direction)
+    let lift = LEAST_HEIGHT_FAST * sizes.into_iter().fold(point.abs().max_element(), f64::max);
+    Ray::new(rounded(point + side * lift, side), direction)
 }
 
-/// A triangle and a place in its plane, object space.
+/// A triangle and a point in its plane, object space.
 struct Surface {
     corners: [DVec3; 3],
-    place: DVec3,
+    point: DVec3,
     /// Unit, or zero for a triangle without area.
     normal: DVec3,
-    /// The largest coordinate of a corner, counted from the place.
+    /// The largest coordinate of a corner, relative to the point.
     reach: f64,
 }
 
 impl Surface {
-    fn new(triangle: &Triangle, place: DVec3) -> Self {
+    fn new(triangle: &Triangle, point: DVec3) -> Self {
         let corners = triangle.corners.map(wide);
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        let reach = corners.map(|corner| (corner - place).abs().max_element()).into_iter().fold(0.0, f64::max);
-        Self { corners, place, normal, reach }
+        let reach = corners.map(|corner| (corner - point).abs().max_element()).into_iter().fold(0.0, f64::max);
+        Self { corners, point, normal, reach }
     }
 
-    /// How far an origin has to be moved along the plane to be no nearer to the edges than it is to the plane: where two
-    /// walls meet, an origin that is rounded past the edge would be behind the other wall.
-    fn way_inward(&self, origin: DVec3, height: f64) -> DVec3 {
+    /// The displacement along the plane that brings an origin at least as far from the edges as it
+    /// is from the plane: where two walls meet, an origin that is rounded past the edge would be
+    /// behind the other wall.
+    fn step_inward(&self, origin: DVec3, height: f64) -> DVec3 {
         let [a, b, c] = self.corners;
         let mut way = DVec3::ZERO;
         for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -179,30 +186,30 @@ impl Surface {
         way
     }
 
-    /// Of the circle in the triangle.
-    fn radius(&self) -> f64 {
+    /// The radius of the incircle.
+    fn inradius(&self) -> f64 {
         let [a, b, c] = self.corners;
-        (b - a).cross(c - a).length() / self.outline()
+        (b - a).cross(c - a).length() / self.perimeter()
     }
 
-    fn outline(&self) -> f64 {
+    fn perimeter(&self) -> f64 {
         let [a, b, c] = self.corners;
         a.distance(b) + b.distance(c) + c.distance(a)
     }
 
-    /// A part of the way to the middle of the circle in the triangle, which leads away from all edges; or another way, for a long
-    /// thin triangle.
+    /// A fraction of the way to the incentre, which leads away from all edges; `otherwise` for a
+    /// long thin triangle.
     fn shift(&self, part: f64, otherwise: DVec3) -> DVec3 {
-        if self.outline() > PLUMP * self.radius() {
+        if self.perimeter() > MOST_PERIMETER_BY_INRADIUS * self.inradius() {
             return otherwise;
         }
         let [a, b, c] = self.corners;
-        let middle = (a * b.distance(c) + b * c.distance(a) + c * a.distance(b)) / self.outline();
-        (middle - self.place) * part
+        let middle = (a * b.distance(c) + b * c.distance(a) + c * a.distance(b)) / self.perimeter();
+        (middle - self.point) * part
     }
 }
 
-/// Single precision, each coordinate rounded to the side that a vector points to.
+/// Rounds to single precision, each coordinate to the side that a vector points to.
 fn rounded(point: DVec3, toward: DVec3) -> [f32; 3] {
     [0, 1, 2].map(|axis| {
         let near = point[axis] as f32;

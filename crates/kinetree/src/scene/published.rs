@@ -1,44 +1,43 @@
-//! Frames that were published: each is held by snapshots, on any thread, and comes back to its
-//! scene when the last of them is dropped.
+//! Published frames: each is held by snapshots, on any thread, and returns to its scene when the
+//! last of them is dropped.
 //!
-//! The scene keeps every frame until a commit has seen it come back, so a thread that drops a
-//! snapshot frees no memory while the scene lives. Nor does a commit search for frames that have
-//! come back: the last holder puts the frame's number into a list that the next commit takes as a
-//! whole. The list is linked through the frames themselves, so that dropping a snapshot allocates
-//! nothing and never waits (Treiber 1986, "Systems Programming: Coping with Parallelism"); since it
-//! is only ever taken as a whole, a number cannot be taken out and put back behind the back of
-//! another thread.
+//! The scene keeps every frame until a commit has seen it return, so a thread that drops a snapshot
+//! frees no memory while the scene lives. Nor does a commit search for returned frames: dropping
+//! the last snapshot pushes the frame's number onto a list, which the next commit takes as a whole.
+//! The list is linked through the frames themselves, so that dropping a snapshot allocates nothing
+//! and never waits (Treiber 1986, "Systems Programming: Coping with Parallelism"). Since the list
+//! is only ever taken as a whole, the ABA problem cannot occur.
 
 use std::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
-/// How many free frames are kept for later; more were only needed while many snapshots were held.
+/// How many free frames are kept; more are needed only while many snapshots are held.
 const SPARES: usize = 2;
 
 /// The end of the list.
 const END: u32 = u32::MAX;
 
-/// A value that others hold on to.
+/// A published value.
 #[derive(Debug)]
 struct Slot<T> {
     value: T,
     number: u32,
     /// How many [`Published`] there are.
     holders: AtomicUsize,
-    /// The next one in the list of those that came back.
+    /// The next one in the list of returned values.
     next: AtomicU32,
     /// The head of that list.
     returned: Arc<AtomicU32>,
 }
 
-/// Holds on to a published value. When the last clone is dropped, the value goes back to its
+/// A reference to a published value. When the last clone is dropped, the value returns to its
 /// publisher.
 #[derive(Debug)]
 pub(crate) struct Published<T>(Arc<Slot<T>>);
 
 impl<T> Published<T> {
-    /// A value that goes back to nobody.
+    /// A value without a publisher.
     pub(crate) fn alone(value: T) -> Self {
         Self::numbered(value, 0, Arc::new(AtomicU32::new(END)))
     }
@@ -82,16 +81,16 @@ impl<T> Drop for Published<T> {
     }
 }
 
-/// Publishes values, and gets them back.
+/// Publishes values, and takes them back.
 #[derive(Debug)]
 pub(crate) struct Publisher<T> {
-    /// By number: what is current, held, or on its way back.
+    /// By number: values that are current, held, or returning.
     slots: Vec<Option<Arc<Slot<T>>>>,
     unused_numbers: Vec<u32>,
     current: Option<u32>,
     returned: Arc<AtomicU32>,
-    /// Taken from the list, but still current, or dropped so recently that the holder's reference
-    /// is still there.
+    /// Taken from the list, but still current, or dropped so recently that the last holder's
+    /// `Arc` is still there.
     returning: Vec<u32>,
     free: Vec<T>,
     /// How many slots were looked at, for tests.
@@ -121,7 +120,7 @@ impl<T: Default> Publisher<T> {
         slot.as_ref().map(|slot| &slot.value)
     }
 
-    /// Takes in what has come back, and visits it.
+    /// Takes back the values that have returned, and visits them.
     pub(crate) fn collect(&mut self, mut visit: impl FnMut(&mut T)) {
         let mut number = self.returned.swap(END, Ordering::Acquire);
         while let Some(slot) = self.slots.get(number as usize).and_then(Option::as_ref) {
@@ -150,13 +149,12 @@ impl<T: Default> Publisher<T> {
         }
     }
 
-    /// Something that nobody else holds, with whatever it held; a new one if all are held, and then
-    /// `true`.
+    /// A value without holders, with its old contents; or a new one if all are held, and `true`.
     pub(crate) fn claim(&mut self) -> (T, bool) {
         self.free.pop().map_or_else(|| (T::default(), true), |value| (value, false))
     }
 
-    /// Makes a value current, and gives the first hold on it.
+    /// Makes a value current, and returns the first reference to it.
     pub(crate) fn publish(&mut self, value: T) -> Published<T> {
         self.count_step();
         let number = self.unused_numbers.pop().unwrap_or_else(|| {
@@ -244,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_drops_last_on_whatever_thread_everything_comes_back() {
+    fn every_value_returns_whichever_thread_drops_last() {
         let mut publisher = Publisher::<Vec<u32>>::default();
         let mut came_back = 0;
         for round in 0..200 {

@@ -11,21 +11,23 @@ use crate::update::{Action, Motion, Reason};
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrameReport {
-    /// Counts from one.
+    /// The number of the commit in its scene, from 1.
     pub frame: u64,
     /// Every mesh, in the order in which they were added.
     pub meshes: Vec<MeshReport>,
-    /// What became of the tree over the instances.
+    /// The tree over the instances.
     pub top_level: TopLevelReport,
-    /// Instances whose placement is flat along two or three axes (scale zero, for instance) or overflows. No ray sees them.
+    /// Instances whose placement is flat along two or three axes (such as scale zero) or overflows.
+    /// No ray hits them.
     pub left_out: Vec<InstanceId>,
-    /// How many buffers had to be allocated, because all others were held by snapshots or did not exist yet.
+    /// How many buffers were allocated, because all others were held by snapshots or did not exist
+    /// yet.
     pub allocated: usize,
     /// Bytes held by the scene for trees and posed geometry, all buffers counted.
     pub memory: usize,
-    /// Posing, refitting and building of all meshes.
+    /// Time for posing, refitting and building all meshes.
     pub mesh_time: Option<Duration>,
-    /// The whole commit.
+    /// Time for the whole commit.
     pub total_time: Option<Duration>,
 }
 
@@ -44,27 +46,29 @@ pub struct MeshReport {
     pub reason: Reason,
     /// How many triangles the mesh has now.
     pub triangles: usize,
-    /// How much more work a ray is than through a good tree for the same pose, as a ratio. Of a tree that was rebuilt for it
-    /// ([`Reason::Drifted`], [`Reason::BetterTreeFound`]): the drift that caused it, and from the next commit on that of the new tree. Estimated by
-    /// the expected costs of rays, and found by a comparison where there was one. As it was last where the pose has no area, and 1
-    /// where nothing is known yet.
+    /// The expected cost of a ray through this tree over that through a good tree for the same
+    /// pose. Estimated by the expected cost, and found by a comparison where there was one. If the
+    /// drift caused a rebuild ([`Reason::Drifted`], [`Reason::BetterTreeFound`]), this is the drift
+    /// of the old tree; the next report gives that of the new one. If the pose has no area, the
+    /// last value; 1 if nothing is known yet.
     pub drift: f32,
-    /// A tree was built to compare the refitted one with; its build is part of `tree_time`. The better one was kept.
+    /// Whether a second tree was built to compare the refitted one with; its build is part of
+    /// `tree_time`. The better one was kept.
     pub compared: bool,
-    /// A new buffer was needed.
+    /// Whether a buffer was allocated.
     pub allocated: bool,
-    /// Morph targets, skin, copying.
+    /// Time for morph targets, skin and copying of vertices.
     pub pose_time: Option<Duration>,
-    /// Refit or build.
+    /// Time for the refit or build.
     pub tree_time: Option<Duration>,
 }
 
-/// How the tree over the instances came about.
+/// How the tree over the instances was built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum TopLevelMethod {
-    /// Nothing had moved.
+    /// It is that of the last frame: no box has changed.
     #[default]
     Kept,
     /// Agglomerative clustering (Walter et al. 2008).
@@ -73,23 +77,23 @@ pub enum TopLevelMethod {
     Binned,
 }
 
-/// What became of the tree over the instances.
+/// The tree over the instances.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TopLevelReport {
-    /// How it came about.
+    /// How it was built.
     pub method: TopLevelMethod,
     /// Instances in the tree.
     pub instances: usize,
     /// Expected cost of a ray, in nodes and instances.
     pub cost: f32,
-    /// Transforms, inverses, boxes and the tree.
+    /// Time for transforms, inverses, boxes and the tree.
     pub time: Option<Duration>,
 }
 
 impl FrameReport {
-    /// How many meshes had this done to them.
+    /// The number of meshes with this action.
     pub fn count(&self, action: Action) -> usize {
         self.meshes.iter().filter(|mesh| mesh.action == action).count()
     }

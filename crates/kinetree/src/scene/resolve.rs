@@ -84,17 +84,18 @@ impl Snapshot {
     /// [`Snapshot::position_along`] is more exact.
     ///
     /// # Panics
-    /// As [`Snapshot::instance`]; also when `primitive` was changed to a number that the mesh does not have.
+    /// As [`Snapshot::instance`]; also when `primitive` was changed to a number that the mesh does
+    /// not have.
     #[must_use]
     #[track_caller]
     pub fn position(&self, hit: &Hit) -> [f32; 3] {
         let view = self.instance(hit);
         let triangle = view.triangle(hit);
-        offset::to_world(view.world_from_object(), offset::place(&triangle, hit.u, hit.v)).as_vec3().into()
+        offset::to_world(view.world_from_object(), offset::point_at(&triangle, hit.u, hit.v)).as_vec3().into()
     }
 
-    /// The point where a ray met the triangle of its hit, metres, world space: on the ray and in the
-    /// plane of the triangle, computed in double precision and rounded once. Exact to single
+    /// The point where a ray met the triangle of its hit, metres, world space: on the ray and in
+    /// the plane of the triangle, computed in double precision and rounded once. Exact to single
     /// precision, unless the ray runs nearly along the plane. Never farther from
     /// [`Snapshot::position`] than the error of that.
     ///
@@ -108,15 +109,15 @@ impl Snapshot {
         offset::along(view.world_from_object(), &triangle, [hit.u, hit.v], ray).as_vec3().into()
     }
 
-    /// A ray that leaves the surface at the point that was hit: it starts just off the triangle, on the
-    /// side that the direction points to, and does not meet the triangle again. It has no end; give it
-    /// one with [`Ray::with_range`].
+    /// A ray that leaves the surface at the point that was hit: it starts just off the triangle, on
+    /// the side that the direction points to, and does not meet the triangle again. It has no end;
+    /// give it one with [`Ray::with_range`].
     ///
     /// The origin is [`Snapshot::position`], moved by what rounding demands and no more: about the
     /// spacing of single precision at its coordinates, and for a transformed instance at its
-    /// coordinates in object space too. Near an edge it stays on the inner side, so that closed rooms
-    /// stay closed. A direction that rounding would turn into the surface is turned out of it by as
-    /// much. The origin is farther off where the mesh is tested with
+    /// coordinates in object space too. Near an edge it stays on the inner side, so that closed
+    /// rooms stay closed. A direction that rounding would turn into the surface is turned out of it
+    /// by as much. The origin is farther off where the mesh is tested with
     /// [`Precision::Fast`](crate::Precision::Fast), by a millionth of the triangle's size.
     ///
     /// ```
@@ -143,8 +144,8 @@ impl Snapshot {
         offset::leave(view.world_from_object(), view.record, triangle, [hit.u, hit.v], direction)
     }
 
-    /// The normal of the triangle, unit length, world space, on the side from which its vertices run
-    /// counter-clockwise. Zero for a triangle without area, which no ray hits.
+    /// The normal of the triangle, unit length, world space, on the side from which its vertices
+    /// run counter-clockwise. Zero for a triangle without area, which no ray hits.
     ///
     /// # Panics
     /// As [`Snapshot::position`].
@@ -153,7 +154,8 @@ impl Snapshot {
     pub fn normal(&self, hit: &Hit) -> [f32; 3] {
         let view = self.instance(hit);
         let normal = glam::Vec3::from(view.triangle(hit).normal());
-        // Brought to length one before it is transformed, so that tiny and huge triangles neither vanish nor overflow.
+        // Normalised before it is transformed, so that tiny and huge triangles neither vanish nor
+        // overflow.
         let world = view.world_from_object().transform_normal(unit(normal).into());
         unit(world.into()).into()
     }

@@ -1,16 +1,16 @@
 //! Buffers of a mesh that take turns: one is current, others belong to frames that are held, a few
 //! are free for the next commit.
 //!
-//! A commit writes only into a buffer that nobody else holds. What a frame held comes back when a
-//! commit lets go of that frame, so no buffer is searched for, and no thread that traces ever frees
+//! A commit writes only into a buffer without other references. The buffers of a frame return when
+//! a commit releases that frame, so no buffer is searched for, and no thread that traces ever frees
 //! one while the scene lives.
 
 use std::sync::Arc;
 
-/// How many free buffers are kept for later; more were only needed while many snapshots were held.
+/// How many free buffers are kept; more are needed only while many snapshots are held.
 const SPARES: usize = 2;
 
-/// What can take turns.
+/// A buffer of a ring.
 pub(crate) trait Buffer: Default {
     /// Bytes held. The same while it is published.
     fn heap_bytes(&self) -> usize;
@@ -54,7 +54,7 @@ impl<T: Buffer> Ring<T> {
         if let Current::Shared(buffer) = &self.current { Some(buffer) } else { None }
     }
 
-    /// A buffer that nobody else holds, with whatever it held; a new one if all are held, and then
+    /// A buffer without other references, with its old contents; or a new one if all are held, and
     /// `true`.
     pub(crate) fn claim(&mut self) -> (T, bool) {
         match self.free.pop() {
@@ -89,7 +89,7 @@ impl<T: Buffer> Ring<T> {
         }
     }
 
-    /// Takes back a hold on a buffer of this ring. With the last one, the buffer is free.
+    /// Takes back a reference to a buffer of this ring. With the last one, the buffer is free.
     pub(crate) fn release(&mut self, buffer: Arc<T>) {
         let Some(buffer) = Arc::into_inner(buffer) else { return };
         if self.free.len() < SPARES {

@@ -1,4 +1,4 @@
-//! Things that are found by handle.
+//! Values that are found by handle (a generational arena).
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -77,7 +77,7 @@ impl<T> Slots<T> {
         let place = self.slots.get_mut(slot as usize)?;
         let value = place.value.take()?;
         self.changes += 1;
-        // A slot whose generations are used up stays empty for good.
+        // A slot whose generations are used up is never used again.
         if let Some(next) = place.generation.checked_add(1) {
             place.generation = next;
             self.free.push(slot);
@@ -85,7 +85,7 @@ impl<T> Slots<T> {
         Some(value)
     }
 
-    /// How often a value has come or gone.
+    /// How many values have been added and removed in all.
     pub(crate) fn changes(&self) -> u64 {
         self.changes
     }

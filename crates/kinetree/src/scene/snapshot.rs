@@ -52,8 +52,8 @@ impl Snapshot {
         Query::new(&self.0.world)
     }
 
-    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes
-    /// the speed, never the hits.
+    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays
+    /// changes the speed, never the hits.
     ///
     /// # Panics
     /// When there are not as many hits as rays.
@@ -96,16 +96,16 @@ impl Snapshot {
         &self.0.world.top
     }
 
-    /// An instance of this frame. `None` if the handle is of another scene, or what it names was not
-    /// shown in this frame: removed before it, added after it, or left out
+    /// An instance of this frame. `None` if the handle is of another scene, or what it names was
+    /// not shown in this frame: removed before it, added after it, or left out
     /// ([`FrameReport::left_out`]).
     pub fn find(&self, id: InstanceId) -> Option<InstanceView<'_>> {
         let index = self.0.placed.binary_search_by_key(&id.0.slot, |placed| placed.id.0.slot).ok()?;
         (self.0.placed[index].id == id).then(|| self.instance_at(index as u32))
     }
 
-    /// A mesh as it is in this frame, whether or not an instance shows it. `None` if the handle is of
-    /// another scene, or what it names was removed before this frame or added after it.
+    /// A mesh as it is in this frame, whether or not an instance shows it. `None` if the handle is
+    /// of another scene, or what it names was removed before this frame or added after it.
     pub fn mesh(&self, id: MeshId) -> Option<MeshView<'_>> {
         let meshes = &self.report().meshes;
         let index = meshes.binary_search_by_key(&id.0.slot, |report| report.mesh.0.slot).ok()?;

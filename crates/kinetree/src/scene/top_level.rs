@@ -12,8 +12,8 @@ use crate::wide::{MeshBvh, TopLevelBvh};
 /// its time grows faster than that of binning.
 const CLUSTERED_UP_TO: usize = 512;
 
-/// A tree over the boxes that are not empty; its primitives are places in `boxes`. `far` is how
-/// the further error of rays from far away.
+/// A tree over the boxes that are not empty; its primitives are indices into `boxes`. `far` is the
+/// additional error of rays from far away.
 pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (TopLevelBvh, TopLevelMethod) {
     let (numbers, solid): (Vec<u32>, Vec<Aabb>) =
         (0..).zip(boxes.iter().copied()).filter(|(_, bounds)| !bounds.is_empty()).unzip();
@@ -25,11 +25,11 @@ pub(crate) fn build(boxes: &[Aabb], far: FarRays, threads: &Threads) -> (TopLeve
     (TopLevelBvh::new(&tree.renumbered(&numbers), far), TopLevelMethod::Binned)
 }
 
-/// A world box around a mesh where an instance stands: around the images of the boxes in its root
-/// node, which is tighter than the image of its root.
+/// The world box of an instance: around the transformed boxes in the root node of its mesh's tree,
+/// which is tighter than the transformed box of the root.
 ///
-/// Rays enter the mesh through the rounded inverse; the box leaves room for what they err by
-/// whatever their origin.
+/// Rays are transformed by the rounded inverse; the box is padded by the part of the error that
+/// does not depend on the ray's origin.
 pub(crate) fn world_box(mesh: &MeshBvh, world_from_object: &Affine, inverse: &Inverse) -> Aabb {
     let Some(root) = mesh.tree().nodes().first() else { return Aabb::EMPTY };
     let world_from_object = match inverse {
@@ -51,16 +51,17 @@ fn padded(bounds: &Aabb, pad: [f32; 3]) -> Aabb {
     Aabb::new(axes.map(|axis| bounds.min[axis] - pad[axis]), axes.map(|axis| bounds.max[axis] + pad[axis]))
 }
 
-/// Roundings by which a ray may be off at a skewed instance for each unit that a row of `|M||N|`
-/// sums to, as a share of the coordinates of its origin and of the place where it is: five of the
-/// origin, and twelve of the way between both. So boxes are padded by 29 of the farther one, and by
-/// 17 of what the origin is farther away; a few more for what the error itself adds to the way.
+/// Roundings by which a ray may err at a skewed instance, per unit of a row sum of `|M||N|`,
+/// relative to the coordinates of its origin and of the point it has reached: five of the origin,
+/// and twelve of the difference of both. So boxes are padded by 29 of the farther one, and by 17 of
+/// what the origin is farther away; a few more for the effect of the error itself on the
+/// difference.
 const SKEWED_BOX: f32 = 32.0 * UNIT_ROUNDOFF;
 const SKEWED_RAY: f32 = 18.0 * UNIT_ROUNDOFF;
 
-/// Pads the boxes of skewed instances, given by their place and the row sums of `|M||N|`, for rays
-/// whose origin is not farther out than any instance; says what is still to be added for others. So
-/// one skewed instance costs the others nothing, unless a ray comes from far away.
+/// Pads the boxes of skewed instances, given by their index and the row sums of `|M||N|`, for rays
+/// whose origin is not farther out than the farthest instance; returns what is to be added for
+/// other rays. So one skewed instance costs the others nothing, unless a ray comes from far away.
 pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> FarRays {
     if skewed.is_empty() {
         return FarRays::NONE;
@@ -77,7 +78,7 @@ pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> Fa
     FarRays { padded_for: farthest, origin_error: most * SKEWED_RAY }
 }
 
-/// Whether rays err more at an instance than box tests allow for.
+/// Whether the errors of rays at an instance exceed the error bound of box tests.
 pub(crate) fn is_skewed(skew: [f32; 3]) -> bool {
     skew.iter().any(|&sum| sum > PAID_BY_RAYS)
 }

@@ -70,12 +70,12 @@ impl<'a> MeshView<'a> {
         &self.frame.bvh
     }
 
-    /// The value at a hit on this mesh, of a list with one value per vertex: those of the triangle's
-    /// corners, weighted by `1 - u - v`, `u` and `v`. Normals come out shorter than unit length
-    /// between corners that differ.
+    /// The value at a hit on this mesh, of a list with one value per vertex: those of the
+    /// triangle's corners, weighted by `1 - u - v`, `u` and `v`. Normals come out shorter than unit
+    /// length between corners that differ.
     ///
-    /// `None` if the list has another length than [`MeshView::positions`], or the mesh has no triangle
-    /// of that number.
+    /// `None` if the list has another length than [`MeshView::positions`], or the mesh has no
+    /// triangle of that number.
     ///
     /// ```
     /// # use kinetree::{Affine, Mesh, Motion, Ray, Scene};
@@ -184,15 +184,15 @@ impl<'a> InstanceView<'a> {
         &self.placed.world_from_object
     }
 
-    /// The inverse of the placement, as rays are transformed by it; of a flat placement, for points of
-    /// its plane.
+    /// The inverse of the placement, as rays are transformed by it; of a flat placement, for points
+    /// of its plane.
     pub fn object_from_world(&self) -> &'a Affine {
         &self.record.object_from_world
     }
 
-    /// A ray in object space, by the operations of the queries: hits of it have the same `t`. `None`
-    /// when it can hit nothing there, and when queries enter the instance in double precision, since
-    /// its placement is flat or badly skewed.
+    /// A ray in object space, by the operations of the queries: hits of it have the same `t`.
+    /// `None` when it can hit nothing there, and when queries enter the instance in double
+    /// precision, since its placement is flat or badly skewed.
     pub fn ray_in_object(&self, ray: &Ray) -> Option<Ray> {
         (!self.record.in_double).then(|| self.record.enter(ray))?
     }
