@@ -8,7 +8,7 @@ use super::{Aabb, Triangle};
 
 /// The box around the part of a triangle that lies in `bounds`; empty when there is none. It lies
 /// within `bounds`.
-pub fn clipped_bounds(triangle: &Triangle, bounds: &Aabb) -> Aabb {
+pub(crate) fn clipped_bounds(triangle: &Triangle, bounds: &Aabb) -> Aabb {
     let mut polygon = Polygon::of(triangle);
     for axis in 0..3 {
         polygon = polygon.above(axis, f64::from(bounds.min[axis]), 1.0);

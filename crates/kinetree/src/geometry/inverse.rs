@@ -9,7 +9,7 @@
 //! the object cancels in it. Only skew makes it larger. (Higham 2002, "Accuracy and Stability of
 //! Numerical Algorithms", section 7.2, calls it the condition number of Bauer and Skeel.)
 //!
-//! * Up to [`PAID_BY_RAYS`], the error bound of box tests of the top level is enough
+//! * Up to [`COVERED_SKEW`], the error bound of box tests of the top level is enough
 //!   ([`ErrorBound::INSTANCES`](super::slab::ErrorBound::INSTANCES)).
 //! * Up to [`MOST_SKEWED`], boxes and far rays are padded more (`scene/top_level.rs`).
 //! * Beyond, and for flat placements, the ray is taken to the object in double precision, moved to
@@ -23,7 +23,7 @@ use super::{Aabb, Affine, Ray, UNIT_ROUNDOFF};
 
 /// The row sums of `|M||N|` that the error bound of box tests covers for every ray: 3, and a little
 /// more for placements that are rotations and scales only up to rounding.
-pub(crate) const PAID_BY_RAYS: f32 = 3.2;
+pub(crate) const COVERED_SKEW: f32 = 3.2;
 
 /// Rows of `|M||N|` that sum to more go through double precision: the errors of single precision
 /// would begin to show, and boxes would become large.

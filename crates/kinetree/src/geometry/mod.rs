@@ -19,7 +19,7 @@ pub(crate) mod watertight;
 
 pub use aabb::Aabb;
 pub use affine::Affine;
-pub use clip::clipped_bounds;
+pub(crate) use clip::clipped_bounds;
 pub(crate) use float::{fast_max, fast_min};
 pub use interpolate::Interpolate;
 pub use precision::Precision;

@@ -52,7 +52,7 @@ impl ErrorBound {
     /// roundings of the largest one count on every axis: five of the origin, and twelve of `t`
     /// directions, those of the triangle test included, for each unit that a row of `|M||N|` sums
     /// to (see [`inverse`](super::inverse)). This is enough for
-    /// [`PAID_BY_RAYS`](super::inverse::PAID_BY_RAYS) of them.
+    /// [`COVERED_SKEW`](super::inverse::COVERED_SKEW) of them.
     pub(crate) const INSTANCES: Self = Self { roundings: 64.0, origin_error: 16.0 * UNIT_ROUNDOFF, far: FarRays::NONE };
 
     /// Over world boxes of instances, some of which are skewed.

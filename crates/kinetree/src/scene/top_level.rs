@@ -2,7 +2,7 @@
 
 use super::report::TopLevelMethod;
 use crate::build::{BuildOptions, agglomerate, build_binned};
-use crate::geometry::inverse::{Inverse, PAID_BY_RAYS};
+use crate::geometry::inverse::{COVERED_SKEW, Inverse};
 use crate::geometry::slab::FarRays;
 use crate::geometry::{Aabb, Affine, UNIT_ROUNDOFF};
 use crate::threads::Threads;
@@ -70,7 +70,7 @@ pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> Fa
     let farthest = corners.flatten().fold(0.0_f32, |most, x| most.max(x.abs()));
     let mut most = 0.0_f32;
     for &(at, skew) in skewed {
-        let excess = skew.map(|sum| (sum - PAID_BY_RAYS).max(0.0));
+        let excess = skew.map(|sum| (sum - COVERED_SKEW).max(0.0));
         most = excess.into_iter().fold(most, f32::max);
         let Aabb { min, max } = padded(&boxes[at], excess.map(|excess| excess * SKEWED_BOX * farthest));
         boxes[at] = Aabb::new(min.map(|x| x.max(f32::MIN)), max.map(|x| x.min(f32::MAX)));
@@ -80,5 +80,5 @@ pub(crate) fn pad_skewed(boxes: &mut [Aabb], skewed: &[(usize, [f32; 3])]) -> Fa
 
 /// Whether the errors of rays at an instance exceed the error bound of box tests.
 pub(crate) fn is_skewed(skew: [f32; 3]) -> bool {
-    skew.iter().any(|&sum| sum > PAID_BY_RAYS)
+    skew.iter().any(|&sum| sum > COVERED_SKEW)
 }
