@@ -213,8 +213,8 @@ mod memory;
 mod digest;
 mod handle;
 
-pub mod geometry;
 pub mod simd;
+pub mod geometry;
 pub mod tree;
 pub mod wide;
 pub mod build;

@@ -29,10 +29,7 @@ pub use slab::SafeRay;
 pub use triangle::Triangle;
 pub use triangles::Triangles;
 pub(crate) use triangles::fingerprint;
-pub(crate) use watertight::{
-    DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
-    MOST_DISTANCE_ERROR, OTHERS, REACH, SLOPE_BY_SIZE,
-};
+pub(crate) use watertight::{Edges, LaneHits, OTHERS, REACH};
 pub use watertight::{TriangleHit, WatertightRay};
 
 /// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.

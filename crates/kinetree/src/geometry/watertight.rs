@@ -10,7 +10,8 @@
 //! Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection", for the sheared space;
 //! Shewchuk 1997 for deciding exactly only what is in doubt. Decision 18 derives the bounds.
 
-use super::{DISTANCE_ERROR, Ray, Triangle, UNIT_ROUNDOFF, exact, fast_max, fast_min};
+use super::{DISTANCE_ERROR, Ray, Triangle, UNIT_ROUNDOFF, exact};
+use crate::simd::{Isa, Lanes, Scalar};
 
 /// A ray that has become an axis.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +20,7 @@ pub struct WatertightRay {
     /// The axes in the order x, y, z of the sheared space; z is the largest of the direction.
     pub(crate) axes: [usize; 3],
     pub(crate) shear: [f32; 3],
-    /// What a length in sheared space is in lengths of the direction: a power of two.
+    /// The length of a unit of sheared space in lengths of the direction: a power of two.
     pub(crate) t_scale: f32,
 }
 
@@ -36,13 +37,13 @@ pub struct TriangleHit {
     pub back: bool,
 }
 
-/// Which axes come before the largest one of a direction in sheared space, when the direction runs up and when it runs down that axis: swapping them keeps the
-/// winding.
+/// The axes that come before the largest one of a direction in sheared space, for directions that run up
+/// and down that axis: swapping them keeps the winding.
 pub(crate) const OTHERS: [[[usize; 2]; 2]; 4] =
     [[[1, 2], [2, 1]], [[2, 0], [0, 2]], [[0, 1], [1, 0]], [[0, 1], [1, 0]]];
 
 impl WatertightRay {
-    /// Of a ray whose direction is zero or not finite, nothing will come of it: it meets no triangle.
+    /// A ray whose direction is zero or not finite meets no triangle.
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let direction = &ray.quads()[1];
@@ -53,7 +54,8 @@ impl WatertightRay {
         let largest = largest.max(size[0]);
         let down = usize::from(direction[z & 3].is_sign_negative());
         let [x, y] = OTHERS[z & 3][down];
-        // The direction is brought to a length around one by a power of two, so that short and long ones lose nothing.
+        // A power of two brings the direction to a length around one, so that short and long ones lose
+        // no precision.
         let exponent = ((largest >> 23) as i32 - 127).clamp(-126, 126);
         let t_scale = power_of_two(-exponent);
         let along = direction[z & 3] * t_scale;
@@ -64,14 +66,7 @@ impl WatertightRay {
     /// [`REACH`], or what depths are stretched by where that is more, as it is for denormal directions.
     #[inline(always)]
     pub(crate) fn reach(&self) -> f32 {
-        fast_max(self.shear[2].abs(), REACH)
-    }
-
-    #[inline]
-    fn project(&self, vertex: [f32; 3]) -> [f32; 3] {
-        let [x, y, z] = self.axes.map(|axis| vertex[axis] - self.ray.origin[axis]);
-        let [shear_x, shear_y, shear_z] = self.shear;
-        [(-shear_x).mul_add(z, x), (-shear_y).mul_add(z, y), shear_z * z]
+        if self.shear[2].abs() > REACH { self.shear[2].abs() } else { REACH }
     }
 
     /// Where the ray meets the triangle, if it does so within the bounds (inclusive). Edges and corners
@@ -79,52 +74,184 @@ impl WatertightRay {
     /// is no threshold: small triangles count.
     #[inline]
     pub fn hit(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
-        let [a, b, c] = triangle.corners.map(|corner| self.project(corner));
-        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
-        let (least, most) = (fast_min(fast_min(u, v), w), fast_max(fast_max(u, v), w));
-        let size = triangle.extent().mul_add(self.reach(), a[2].abs());
-        let lateral = size.mul_add(EDGE_BY_SIZE, triangle.extent() * EDGE_BY_EXTENT);
-        let error = size.mul_add(lateral, LEAST_EDGE_ERROR);
-        if least <= -error && error <= most {
-            return None;
-        }
-        if error <= least || most <= -error {
-            let determinant = u + v + w;
-            let sum = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
-            // Adding zero turns a negative zero into a positive one.
-            let t = sum / determinant * self.t_scale + 0.0;
-            let error = distance_error([a, b, c], lateral * LATERAL, size, determinant);
-            let most = sum.abs() * MOST_DISTANCE_ERROR;
-            if error <= most && most <= f32::MAX {
-                let hit = TriangleHit { t, u: v / determinant, v: w / determinant, back: determinant < 0.0 };
-                return (t_min <= t && t <= t_max && t.is_finite()).then_some(hit);
-            }
-            let error = error / determinant.abs() * (UNIT_ROUNDOFF * self.t_scale);
-            if t + error < t_min || t_max < t - error {
-                return None;
-            }
-        }
-        exact::hit(&self.ray, triangle, t_min, t_max)
+        let hits = self.test::<true>(triangle, t_min, t_max)?;
+        if hits.ambiguous != 0 { exact::hit(&self.ray, triangle, t_min, t_max) } else { hits.first() }
     }
 
     /// The same in single precision throughout: what [`Precision::Fast`](super::Precision::Fast) is.
     #[inline]
     pub fn hit_fast(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
-        let [a, b, c] = triangle.corners.map(|corner| self.project(corner));
-        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
-        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        let determinant = u + v + w;
-        let t = w.mul_add(c[2], v.mul_add(b[2], u * a[2])) / determinant * self.t_scale + 0.0;
-        // Nothing at all over nothing is no number, and in no bounds.
-        let is_hit = inside && t_min <= t && t <= t_max && t.is_finite();
-        is_hit.then(|| TriangleHit { t, u: v / determinant, v: w / determinant, back: determinant < 0.0 })
+        self.test::<false>(triangle, t_min, t_max)?.first()
     }
+
+    /// One ray against one triangle: the test with a single lane.
+    #[inline]
+    fn test<const WATERTIGHT: bool>(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<LaneHits<[f32; 1]>> {
+        let along_axes = |v: [f32; 3]| self.axes.map(|axis| [v[axis]]);
+        let corners = triangle.corners.map(along_axes);
+        let (origin, shear) = (along_axes(self.ray.origin), self.shear.map(|x| [x]));
+        let edges =
+            Edges::<_, WATERTIGHT>::new(Scalar, corners, (origin, shear), [[triangle.extent()], [self.reach()]], 1);
+        edges.is_possible().then(|| edges.intersect(Scalar, [self.t_scale], ([t_min], [t_max])))
+    }
+}
+
+impl LaneHits<[f32; 1]> {
+    fn first(&self) -> Option<TriangleHit> {
+        let [u, v] = self.weights(Scalar);
+        (self.hits != 0).then(|| TriangleHit { t: self.t[0], u: u[0], v: v[0], back: self.back != 0 })
+    }
+}
+
+/// On which side of a triangle's edges rays pass. A lane is a ray and a triangle: one of each, four
+/// triangles and a ray, or a triangle and sixteen rays. All give the same hits to the bit.
+pub(crate) struct Edges<V, const WATERTIGHT: bool> {
+    /// Corners in sheared space.
+    corners: [[V; 3]; 3],
+    weights: [V; 3],
+    /// Lanes that may be hits.
+    possible: u32,
+    /// Those of them where no edge is in doubt.
+    sure: u32,
+    /// How far the corners are across the ray, times [`EDGE_ERROR`]; and from its origin.
+    lateral: V,
+    size: V,
+}
+
+/// The lanes that are hit, and where.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneHits<V> {
+    pub(crate) hits: u32,
+    /// Lanes that only exact arithmetic can decide; not in `hits`.
+    pub(crate) ambiguous: u32,
+    /// Lanes whose ray comes from the side from which the corners run clockwise.
+    pub(crate) back: u32,
+    pub(crate) t: V,
+    v: V,
+    w: V,
+    determinant: V,
+}
+
+impl<V: Copy> LaneHits<V> {
+    /// Weights of the second and the third corner.
+    #[inline(always)]
+    pub(crate) fn weights<I: Isa>(&self, isa: I) -> [V; 2]
+    where
+        V: Lanes<I>,
+    {
+        [isa.div(self.v, self.determinant), isa.div(self.w, self.determinant)]
+    }
+}
+
+impl<V: Copy, const WATERTIGHT: bool> Edges<V, WATERTIGHT> {
+    /// Origins, shears and the coordinates of corners stand in the order of the axes of sheared space.
+    /// `extent` is that of each triangle, and `reach` as [`WatertightRay::reach`]; single precision
+    /// throughout needs neither.
+    #[inline(always)]
+    pub(crate) fn new<I: Isa>(
+        isa: I,
+        corners: [[V; 3]; 3],
+        (origin, shear): ([V; 3], [V; 3]),
+        [extent, reach]: [V; 2],
+        lanes: u32,
+    ) -> Self
+    where
+        V: Lanes<I>,
+    {
+        let a = project(isa, corners[0], origin, shear);
+        let b = project(isa, corners[1], origin, shear);
+        let c = project(isa, corners[2], origin, shear);
+        let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
+        let least = isa.min(isa.min(u, v), w);
+        let most = isa.max(isa.max(u, v), w);
+        let zero = isa.splat(0.0);
+        let (corners, weights) = ([a, b, c], [u, v, w]);
+        if !WATERTIGHT {
+            let inside = (isa.le(zero, least) | isa.le(most, zero)) & lanes;
+            return Self { corners, weights, possible: inside, sure: inside, lateral: zero, size: zero };
+        }
+        let size = isa.fused(extent, reach, isa.abs(a[2]));
+        let lateral = isa.fused(size, isa.splat(EDGE_BY_SIZE), isa.mul(extent, isa.splat(EDGE_BY_EXTENT)));
+        let error = isa.fused(size, lateral, isa.splat(LEAST_EDGE_ERROR));
+        let minus = isa.sub(zero, error);
+        // Where corners are NaN, as those of unused lanes are, neither side is ruled out.
+        let possible = !(isa.le(least, minus) & isa.le(error, most)) & lanes;
+        let sure = possible & (isa.le(error, least) | isa.le(most, minus));
+        Self { corners, weights, possible, sure, lateral, size }
+    }
+
+    /// Whether any lane may be a hit.
+    #[inline(always)]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.possible != 0
+    }
+
+    /// The hits within the bounds, inclusive.
+    #[inline(always)]
+    pub(crate) fn intersect<I: Isa>(&self, isa: I, t_scale: V, (t_min, t_max): (V, V)) -> LaneHits<V>
+    where
+        V: Lanes<I>,
+    {
+        let Self { corners: [a, b, c], weights: [u, v, w], possible, sure, .. } = *self;
+        let zero = isa.splat(0.0);
+        let determinant = isa.add(isa.add(u, v), w);
+        let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
+        // Adding zero turns a negative zero into a positive one.
+        let t = isa.add(isa.mul(isa.div(sum, determinant), t_scale), zero);
+        let (mut close, mut ambiguous) = (sure, 0);
+        if WATERTIGHT {
+            let error = self.distance_error(isa, determinant);
+            let bound = isa.mul(isa.abs(sum), isa.splat(MOST_DISTANCE_ERROR));
+            close &= isa.le(error, bound) & isa.le(bound, isa.splat(f32::MAX));
+            ambiguous = possible & !close;
+            if ambiguous & sure != 0 {
+                let scale = isa.mul(isa.splat(UNIT_ROUNDOFF), t_scale);
+                let error = isa.mul(isa.div(error, isa.abs(determinant)), scale);
+                let (nearest, farthest) = (isa.sub(t, error), isa.add(t, error));
+                // Where either is NaN, it is not outside.
+                let outside = isa.le(farthest, t_min) & !isa.le(t_min, farthest)
+                    | isa.le(t_max, nearest) & !isa.le(nearest, t_max);
+                ambiguous &= !(sure & outside);
+            }
+        }
+        let within = isa.le(t_min, t) & isa.le(t, t_max) & isa.le(t, isa.splat(f32::MAX));
+        LaneHits { hits: close & within, ambiguous, back: isa.le(determinant, zero), t, v, w, determinant }
+    }
+
+    /// By how many roundings the sum of the weighted depths may be off, over those that grow with the sum
+    /// itself: what moves a corner across the ray counts by the slope of the triangle, and what is lost of
+    /// a weight by the depth of the triangle.
+    #[inline(always)]
+    fn distance_error<I: Isa>(&self, isa: I, determinant: V) -> V
+    where
+        V: Lanes<I>,
+    {
+        let [a, b, c] = self.corners;
+        let lateral = isa.mul(self.lateral, isa.splat(LATERAL));
+        let one = [isa.sub(b[0], a[0]), isa.sub(b[1], a[1]), isa.sub(b[2], a[2])];
+        let other = [isa.sub(c[0], a[0]), isa.sub(c[1], a[1]), isa.sub(c[2], a[2])];
+        let x = isa.abs(isa.fused_less(other[2], one[0], isa.mul(one[2], other[0])));
+        let y = isa.abs(isa.fused_less(other[2], one[1], isa.mul(one[2], other[1])));
+        let depth = isa.add(isa.abs(one[2]), isa.abs(other[2]));
+        let lateral = isa.mul(isa.mul(lateral, lateral), isa.splat(DEPTH_BY_LATERAL));
+        let weights = isa.fused(isa.abs(determinant), isa.splat(DEPTH_BY_AREA), lateral);
+        let slope = isa.mul(isa.add(x, y), isa.splat(SLOPE_BY_SIZE));
+        let depth = isa.fused(depth, weights, isa.splat(LEAST_DISTANCE_ERROR));
+        isa.fused(slope, self.size, depth)
+    }
+}
+
+/// A corner in sheared space.
+#[inline(always)]
+fn project<I: Isa, V: Lanes<I>>(isa: I, corner: [V; 3], origin: [V; 3], shear: [V; 3]) -> [V; 3] {
+    let (x, y, z) = (isa.sub(corner[0], origin[0]), isa.sub(corner[1], origin[1]), isa.sub(corner[2], origin[2]));
+    [isa.fused_less(shear[0], z, x), isa.fused_less(shear[1], z, y), isa.mul(shear[2], z)]
 }
 
 /// On which side of an edge the ray passes. Both products are rounded, never fused.
 #[inline(always)]
-fn edge(from: [f32; 3], to: [f32; 3]) -> f32 {
-    from[0] * to[1] - from[1] * to[0]
+fn edge<I: Isa, V: Lanes<I>>(isa: I, from: [V; 3], to: [V; 3]) -> V {
+    isa.sub(isa.mul(from[0], to[1]), isa.mul(from[1], to[0]))
 }
 
 /// The error of an edge function is below 41 roundings of the lateral size times the size: how far the
@@ -133,43 +260,31 @@ const EDGE_ERROR: f32 = 48.0 * UNIT_ROUNDOFF;
 
 /// The lateral size, times that error, is the sum of two parts: of a triangle that the ray meets, corners
 /// are at most twice its extent across the ray, ...
-pub(crate) const EDGE_BY_EXTENT: f32 = 2.0 * EDGE_ERROR;
+const EDGE_BY_EXTENT: f32 = 2.0 * EDGE_ERROR;
 /// ... and as much farther as they may have been moved.
-pub(crate) const EDGE_BY_SIZE: f32 = 16.0 * UNIT_ROUNDOFF * EDGE_ERROR;
+const EDGE_BY_SIZE: f32 = 16.0 * UNIT_ROUNDOFF * EDGE_ERROR;
 /// What leads back to the lateral size itself.
-pub(crate) const LATERAL: f32 = 1.0 / EDGE_ERROR;
+const LATERAL: f32 = 1.0 / EDGE_ERROR;
 
 /// The depth of any corner is at most the depth of the first plus this many extents of the triangle;
 /// so is its distance across the ray.
 pub(crate) const REACH: f32 = 2.0;
 
 /// What is added to that, far above what products can lose when they are denormal.
-pub(crate) const LEAST_EDGE_ERROR: f32 = 16.0 * f32::MIN_POSITIVE;
+const LEAST_EDGE_ERROR: f32 = 16.0 * f32::MIN_POSITIVE;
 
 /// The error of a distance that counts as small enough, in roundings: [`DISTANCE_ERROR`], less what
 /// [`distance_error`] leaves out.
-pub(crate) const MOST_DISTANCE_ERROR: f32 = DISTANCE_ERROR / UNIT_ROUNDOFF - 24.0;
-
-/// By how many roundings the sum of the weighted depths may be off, over those that grow with the sum
-/// itself: what moves a corner across the ray counts by the slope of the triangle, and what is lost of
-/// a weight by the depth of the triangle.
-#[inline(always)]
-fn distance_error([a, b, c]: [[f32; 3]; 3], lateral: f32, size: f32, determinant: f32) -> f32 {
-    let [one, other] = [b, c].map(|corner| [corner[0] - a[0], corner[1] - a[1], corner[2] - a[2]]);
-    let across = |axis: usize| (-other[2]).mul_add(one[axis], one[2] * other[axis]).abs();
-    let (slope, depth) = (across(0) + across(1), one[2].abs() + other[2].abs());
-    let weights = determinant.abs().mul_add(DEPTH_BY_AREA, lateral * lateral * DEPTH_BY_LATERAL);
-    (slope * SLOPE_BY_SIZE).mul_add(size, depth.mul_add(weights, LEAST_DISTANCE_ERROR))
-}
+const MOST_DISTANCE_ERROR: f32 = DISTANCE_ERROR / UNIT_ROUNDOFF - 24.0;
 
 /// Roundings by which a corner is moved across the ray, as a multiple of the size of everything.
-pub(crate) const SLOPE_BY_SIZE: f32 = 9.0;
+const SLOPE_BY_SIZE: f32 = 9.0;
 /// Roundings of the products in the three weights, as a multiple of the squared lateral size.
-pub(crate) const DEPTH_BY_LATERAL: f32 = 6.0;
+const DEPTH_BY_LATERAL: f32 = 6.0;
 /// Roundings of the weights, the depths and their sums, as a multiple of the determinant.
-pub(crate) const DEPTH_BY_AREA: f32 = 8.0;
+const DEPTH_BY_AREA: f32 = 8.0;
 /// Far above what is lost of a sum that is denormal.
-pub(crate) const LEAST_DISTANCE_ERROR: f32 = 64.0 * f32::MIN_POSITIVE;
+const LEAST_DISTANCE_ERROR: f32 = 64.0 * f32::MIN_POSITIVE;
 
 /// For exponents from -126 to 127.
 #[inline(always)]

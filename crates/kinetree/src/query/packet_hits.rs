@@ -1,9 +1,9 @@
 //! What queries keep of the hits of a packet, row by row.
 
 use super::Hit;
-use crate::geometry::TriangleHit;
+use crate::geometry::{LaneHits, TriangleHit};
 use crate::simd::Isa;
-use crate::traverse::{Column, FrameStamp, RowHits};
+use crate::traverse::{Column, FrameStamp};
 
 /// The hits of a packet that are wanted: of each ray the nearest so far, at equal distance the one with
 /// the smaller (instance, primitive); or whether it has hit anything.
@@ -55,8 +55,15 @@ impl PacketHits {
 
     /// Receives the hits of a row that count.
     #[inline(always)]
-    pub(super) fn collect<I: Isa>(&mut self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32, instance: u32) {
-        let mut lanes = hits.lanes;
+    pub(super) fn collect<I: Isa>(
+        &mut self,
+        isa: I,
+        row: usize,
+        hits: &LaneHits<I::F16>,
+        primitive: u32,
+        instance: u32,
+    ) {
+        let mut lanes = hits.hits;
         if self.wants_any {
             // A ray that has hit anything wants nothing any more.
             isa.store_masked(&mut self.t_max.0[row], lanes, isa.splat(f32::NEG_INFINITY));

@@ -7,11 +7,11 @@ use super::candidate::{Filter, QueryFilter};
 use super::packet_hits::PacketHits;
 use super::two_level::{EntersInstances, Instance, Rules, enter_instances};
 use crate::geometry::slab::ErrorBound;
-use crate::geometry::{Precision, Ray, TriangleHit, exact};
+use crate::geometry::{LaneHits, Precision, Ray, TriangleHit, exact};
 use crate::simd::{Isa, Kernel, Row};
 use crate::traverse::{
-    Column, FrameBvh, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket, lanes_of,
-    octants, walk_packet,
+    Column, FrameBvh, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, WatertightPacket, lanes_of, octants,
+    walk_packet,
 };
 use crate::wide::{TriangleBlock, WideLink};
 
@@ -175,7 +175,7 @@ impl<I: Isa, const WATERTIGHT: bool> PacketVisitor<I> for BottomLevelVisitor<'_,
                         if lanes == 0 {
                             continue;
                         }
-                        let mut hits = self.watertight.hits::<I, WATERTIGHT>(
+                        let hits = self.watertight.hits::<I, WATERTIGHT>(
                             isa,
                             self.rays,
                             axes,
@@ -183,12 +183,10 @@ impl<I: Isa, const WATERTIGHT: bool> PacketVisitor<I> for BottomLevelVisitor<'_,
                             (row, lanes),
                             self.hits.t_max(),
                         );
-                        if hits.lanes | hits.ambiguous == 0 {
-                            continue;
-                        }
+                        let Some(mut hits) = hits.filter(|hits| hits.hits | hits.ambiguous != 0) else { continue };
                         is_nearer = true;
-                        hits.lanes = self.counts.of(isa, row, &hits, primitive);
-                        if hits.lanes != 0 {
+                        hits.hits = self.counts.of(isa, row, &hits, primitive);
+                        if hits.hits != 0 {
                             self.hits.collect(isa, row, &hits, primitive, self.counts.instance.index);
                         }
                         if hits.ambiguous != 0 {
@@ -234,7 +232,7 @@ impl<'a, const WATERTIGHT: bool> BottomLevelVisitor<'a, WATERTIGHT> {
                 let lane = mask.trailing_zeros() as usize & 3;
                 mask &= mask - 1;
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
-                if hit.t.is_finite() && self.counts.one(ray, &hit, primitive) {
+                if self.counts.one(ray, &hit, primitive) {
                     is_nearer = true;
                     self.hits.collect_one(ray, &hit, primitive, self.counts.instance.index);
                 }
@@ -270,11 +268,11 @@ struct Counts<'a> {
 impl Counts<'_> {
     /// The lanes of a row whose hits count.
     #[inline(always)]
-    fn of<I: Isa>(&self, isa: I, row: usize, hits: &RowHits<I>, primitive: u32) -> u32 {
+    fn of<I: Isa>(&self, isa: I, row: usize, hits: &LaneHits<I::F16>, primitive: u32) -> u32 {
         let lanes = match self.rules.cull {
-            Cull::None => hits.lanes,
-            Cull::Back => hits.lanes & !hits.back,
-            Cull::Front => hits.lanes & hits.back,
+            Cull::None => hits.hits,
+            Cull::Back => hits.hits & !hits.back,
+            Cull::Front => hits.hits & hits.back,
         };
         if !self.may_refuse || lanes == 0 {
             return lanes;

@@ -291,10 +291,7 @@ impl<I: Isa, F: Filter, C: HitCollector, T: Tally, const WATERTIGHT: bool> WideV
                 mask &= mask - 1;
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
                 // Another lane may have come nearer meanwhile.
-                if hit.t.is_finite()
-                    && hit.t <= self.collector.t_max()
-                    && self.rules.count(&hit, primitive, &self.instance)
-                {
+                if hit.t <= self.collector.t_max() && self.rules.count(&hit, primitive, &self.instance) {
                     self.done = self.collector.collect(Hit::new(&hit, primitive, self.instance.index));
                     self.done?;
                 }

@@ -1,15 +1,12 @@
-//! Four triangles against one ray: the watertight test, operation for operation as in
-//! [`WatertightRay::hit`], so that hits agree to the bit.
+//! Four triangles against one ray: the test of [`watertight`](crate::geometry::watertight) with a triangle
+//! in each lane.
 
 use super::RayQuads;
-use crate::geometry::{
-    DEPTH_BY_AREA, DEPTH_BY_LATERAL, EDGE_BY_EXTENT, EDGE_BY_SIZE, LATERAL, LEAST_DISTANCE_ERROR, LEAST_EDGE_ERROR,
-    MOST_DISTANCE_ERROR, OTHERS, REACH, Ray, SLOPE_BY_SIZE, TriangleHit, UNIT_ROUNDOFF, WatertightRay, exact,
-};
+use crate::geometry::{Edges, LaneHits, OTHERS, REACH, Ray, TriangleHit, WatertightRay, exact};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
-/// A sheared ray in registers, for tests that are watertight or in single precision throughout ([`WatertightRay::hit_fast`]).
+/// A [`WatertightRay`] in registers, for tests that are watertight or in single precision throughout.
 #[derive(Clone, Copy)]
 pub(crate) struct WatertightLanes<'a, I: Isa, const WATERTIGHT: bool> {
     ray: &'a Ray,
@@ -66,80 +63,42 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
         }
     }
 
+    /// A corner of each triangle, its coordinates in the order of the axes of sheared space.
     #[inline(always)]
-    fn project(&self, isa: I, block: &TriangleBlock, corner: usize) -> [I::F4; 3] {
+    fn corner(&self, isa: I, block: &TriangleBlock, corner: usize) -> [I::F4; 3] {
         let rows = block.rows();
-        let x = isa.sub(isa.load(&rows[corner * 3 + (self.axes[0] & 3)]), self.origin[0]);
-        let y = isa.sub(isa.load(&rows[corner * 3 + (self.axes[1] & 3)]), self.origin[1]);
-        let z = isa.sub(isa.load(&rows[corner * 3 + (self.axes[2] & 3)]), self.origin[2]);
-        let [shear_x, shear_y, shear_z] = self.shear;
-        [isa.fused_less(shear_x, z, x), isa.fused_less(shear_y, z, y), isa.mul(shear_z, z)]
+        [
+            isa.load(&rows[corner * 3 + (self.axes[0] & 3)]),
+            isa.load(&rows[corner * 3 + (self.axes[1] & 3)]),
+            isa.load(&rows[corner * 3 + (self.axes[2] & 3)]),
+        ]
     }
 
-    /// The hits between the bounds, inclusive. A `t` that overflowed is not excluded when `t_max` is infinite.
+    /// The hits between the bounds, inclusive.
     #[inline(always)]
     pub(crate) fn hits(&self, isa: I, block: &TriangleBlock, farthest: f32) -> BlockHits {
-        let a = self.project(isa, block, 0);
-        let b = self.project(isa, block, 1);
-        let c = self.project(isa, block, 2);
-        let (u, v, w) = (edge(isa, c, b), edge(isa, a, c), edge(isa, b, a));
-        let least = isa.min(isa.min(u, v), w);
-        let most = isa.max(isa.max(u, v), w);
-        if WATERTIGHT {
-            let extents = isa.load(block.extents());
-            let size = isa.fused(extents, isa.splat(self.reach), isa.abs(a[2]));
-            let lateral = isa.fused(size, isa.splat(EDGE_BY_SIZE), isa.mul(extents, isa.splat(EDGE_BY_EXTENT)));
-            let error = isa.fused(size, lateral, isa.splat(LEAST_EDGE_ERROR));
-            let minus = isa.sub(isa.splat(0.0), error);
-            // Corners that are no numbers, as those of unused lanes, are on no side.
-            let possible = !(isa.le(least, minus) & isa.le(error, most)) & block.lanes_in_use();
-            if possible == 0 {
-                return BlockHits::NONE;
-            }
-            let sure = possible & (isa.le(error, least) | isa.le(most, minus));
-            let determinant = isa.add(isa.add(u, v), w);
-            let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
-            let t = isa.mul(isa.div(sum, determinant), self.t_scale);
-            let t_max = isa.splat(farthest);
-            let lateral = isa.mul(lateral, isa.splat(LATERAL));
-            let error = distance_error(isa, [a, b, c], [lateral, size], determinant);
-            let bound = isa.mul(isa.abs(sum), isa.splat(MOST_DISTANCE_ERROR));
-            let close = sure & isa.le(error, bound) & isa.le(bound, isa.splat(f32::MAX));
-            let mut ambiguous = possible & !close;
-            if ambiguous & sure != 0 {
-                let scale = isa.mul(isa.splat(UNIT_ROUNDOFF), self.t_scale);
-                let error = isa.mul(isa.div(error, isa.abs(determinant)), scale);
-                let (nearest, farthest) = (isa.sub(t, error), isa.add(t, error));
-                // Where either is no number, it is not outside.
-                let outside = isa.le(farthest, self.t_min) & !isa.le(self.t_min, farthest)
-                    | isa.le(t_max, nearest) & !isa.le(nearest, t_max);
-                ambiguous &= !(sure & outside);
-            }
-            let mask = close & isa.le(self.t_min, t) & isa.le(t, t_max);
-            if mask | ambiguous == 0 {
-                return BlockHits::NONE;
-            }
-            let mut hits = BlockHits::of(isa, mask, determinant, t, v, w);
-            if ambiguous != 0 {
-                hits.test_exactly(ambiguous, self.ray, block, farthest);
-            }
-            return hits;
-        }
-        let zero = isa.splat(0.0);
-        let inside = isa.le(zero, least) | isa.le(most, zero);
-        if inside == 0 {
+        let corners = [self.corner(isa, block, 0), self.corner(isa, block, 1), self.corner(isa, block, 2)];
+        let sizes = [isa.load(block.extents()), isa.splat(self.reach)];
+        // Corners of unused lanes are NaN: inside no edge, but perhaps in doubt.
+        let lanes = if WATERTIGHT { block.lanes_in_use() } else { ALL_LANES };
+        let edges = Edges::<_, WATERTIGHT>::new(isa, corners, (self.origin, self.shear), sizes, lanes);
+        if !edges.is_possible() {
             return BlockHits::NONE;
         }
-        let determinant = isa.add(isa.add(u, v), w);
-        let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
-        let t = isa.mul(isa.div(sum, determinant), self.t_scale);
-        let mask = inside & isa.le(self.t_min, t) & isa.le(t, isa.splat(farthest));
-        if mask == 0 {
+        let hits = edges.intersect(isa, self.t_scale, (self.t_min, isa.splat(farthest)));
+        if hits.hits | hits.ambiguous == 0 {
             return BlockHits::NONE;
         }
-        BlockHits::of(isa, mask, determinant, t, v, w)
+        let mut all = BlockHits::of(isa, &hits);
+        if hits.ambiguous != 0 {
+            all.test_exactly(hits.ambiguous, self.ray, block, farthest);
+        }
+        all
     }
 }
+
+/// All four lanes.
+const ALL_LANES: u32 = 0b1111;
 
 /// The axes of sheared space by the largest one of the direction, and by whether the direction runs down it; what comes last stays there.
 const ORDERS: [[[u32; 4]; 2]; 4] = {
@@ -154,32 +113,6 @@ const ORDERS: [[[u32; 4]; 2]; 4] = {
     orders
 };
 
-/// On which side of an edge the rays pass. Both products are rounded, never fused.
-#[inline(always)]
-fn edge<I: Isa>(isa: I, from: [I::F4; 3], to: [I::F4; 3]) -> I::F4 {
-    isa.sub(isa.mul(from[0], to[1]), isa.mul(from[1], to[0]))
-}
-
-/// See [`crate::geometry::watertight`].
-#[inline(always)]
-fn distance_error<I: Isa>(
-    isa: I,
-    [a, b, c]: [[I::F4; 3]; 3],
-    [lateral, size]: [I::F4; 2],
-    determinant: I::F4,
-) -> I::F4 {
-    let one = [isa.sub(b[0], a[0]), isa.sub(b[1], a[1]), isa.sub(b[2], a[2])];
-    let other = [isa.sub(c[0], a[0]), isa.sub(c[1], a[1]), isa.sub(c[2], a[2])];
-    let x = isa.abs(isa.fused_less(other[2], one[0], isa.mul(one[2], other[0])));
-    let y = isa.abs(isa.fused_less(other[2], one[1], isa.mul(one[2], other[1])));
-    let depth = isa.add(isa.abs(one[2]), isa.abs(other[2]));
-    let lateral = isa.mul(isa.mul(lateral, lateral), isa.splat(DEPTH_BY_LATERAL));
-    let weights = isa.fused(isa.abs(determinant), isa.splat(DEPTH_BY_AREA), lateral);
-    let slope = isa.mul(isa.add(x, y), isa.splat(SLOPE_BY_SIZE));
-    let depth = isa.fused(depth, weights, isa.splat(LEAST_DISTANCE_ERROR));
-    isa.fused(slope, size, depth)
-}
-
 /// Which lanes of a block are hit, and where.
 pub(crate) struct BlockHits {
     pub(crate) mask: u32,
@@ -193,21 +126,15 @@ impl BlockHits {
     const NONE: Self = Self { mask: 0, back: 0, t: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
 
     #[inline(always)]
-    fn of<I: Isa>(isa: I, mask: u32, determinant: I::F4, t: I::F4, v: I::F4, w: I::F4) -> Self {
-        Self {
-            mask,
-            back: isa.signs(determinant),
-            t: isa.store(t),
-            u: isa.store(isa.div(v, determinant)),
-            v: isa.store(isa.div(w, determinant)),
-        }
+    fn of<I: Isa>(isa: I, hits: &LaneHits<I::F4>) -> Self {
+        let [u, v] = hits.weights(isa);
+        Self { mask: hits.hits, back: hits.back, t: isa.store(hits.t), u: isa.store(u), v: isa.store(v) }
     }
 
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> TriangleHit {
         let lane = lane & 3;
-        // Adding zero turns a negative zero into a positive one.
-        TriangleHit { t: self.t[lane] + 0.0, u: self.u[lane], v: self.v[lane], back: self.back >> lane & 1 == 1 }
+        TriangleHit { t: self.t[lane], u: self.u[lane], v: self.v[lane], back: self.back >> lane & 1 == 1 }
     }
 
     /// Decides without rounding errors what single precision cannot.

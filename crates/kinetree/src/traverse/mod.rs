@@ -15,8 +15,7 @@ pub use hierarchy::Hierarchy;
 pub(crate) use hierarchy::Interval as InstanceInterval;
 pub(crate) use lanes::{Boxes, DoublePrecisionRay, RayLanes, RayQuads};
 pub(crate) use packet::{
-    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, RowHits, WatertightPacket, lanes_of, octants,
-    walk_packet,
+    Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, WatertightPacket, lanes_of, octants, walk_packet,
 };
 pub(crate) use wide::{WideVisitor, walk_wide};
 pub use work::{Tally, Work};

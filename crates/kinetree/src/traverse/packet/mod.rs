@@ -18,4 +18,4 @@ pub(crate) use interval::{Interval, octants};
 pub(crate) use planes::PacketPlanes;
 pub(crate) use rays::{Column, PACKET, RayPacket, lanes_of};
 pub(crate) use walk::{PacketVisitor, walk_packet};
-pub(crate) use watertight::{RowHits, WatertightPacket};
+pub(crate) use watertight::WatertightPacket;
