@@ -14,6 +14,7 @@
 use glam::Vec3A;
 
 use super::{AT_LEAST, Aabb, Ray, UNIT_ROUNDOFF};
+use crate::simd::{Isa, Lanes, Scalar};
 
 /// A bound of the errors that a box test has to allow for.
 #[derive(Debug, Clone, Copy)]
@@ -83,8 +84,8 @@ pub(crate) const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
 /// A ray made ready for box tests against boxes within known bounds.
 #[derive(Debug, Clone, Copy)]
 pub struct SafeRay {
-    pub(crate) near: Planes,
-    pub(crate) far: Planes,
+    /// Along each axis.
+    pub(crate) slabs: Slabs<[f32; 3]>,
     /// The ray runs down this axis, so that the upper plane is met first.
     pub(crate) downwards: [bool; 3],
     pub(crate) t_min: f32,
@@ -92,11 +93,51 @@ pub struct SafeRay {
     in_double: Option<DoublePrecisionSlabs>,
 }
 
-/// Distances of planes along the ray, for each axis: `position * scale - offset`.
+/// Distances of planes along rays: `position * scale - offset`, for the planes that are met first and for
+/// the opposite ones. A lane is an axis of a ray, or a ray along one axis.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Planes {
-    pub(crate) scale: Vec3A,
-    pub(crate) offset: Vec3A,
+pub(crate) struct Slabs<V> {
+    pub(crate) near_scale: V,
+    pub(crate) near_offset: V,
+    pub(crate) far_scale: V,
+    pub(crate) far_offset: V,
+}
+
+impl<V: Copy> Slabs<V> {
+    /// `flatness` is how much flatter the ray runs to the planes than straight ahead, and `absolute` a
+    /// further error of distances.
+    #[inline(always)]
+    pub(crate) fn new<I: Isa>(
+        isa: I,
+        (origin, reciprocal): (V, V),
+        flatness: V,
+        absolute: Option<V>,
+        bound: ErrorBound,
+    ) -> Self
+    where
+        V: Lanes<I>,
+    {
+        let (near, far) = if bound.roundings > 0.0 {
+            let relative = isa.mul(isa.add(flatness, isa.splat(1.0)), isa.splat(bound.roundings * UNIT_ROUNDOFF));
+            let error = isa.mul(reciprocal, relative);
+            (isa.sub(reciprocal, error), isa.add(reciprocal, error))
+        } else {
+            // Two roundings for each of two axes, and as many again.
+            (reciprocal, isa.mul(reciprocal, isa.splat(1.0 + 8.0 * UNIT_ROUNDOFF)))
+        };
+        let (near_start, far_start) = (isa.mul(origin, near), isa.mul(origin, far));
+        let four = isa.splat(4.0 * UNIT_ROUNDOFF);
+        let (mut near_error, mut far_error) = (isa.mul(isa.abs(near_start), four), isa.mul(isa.abs(far_start), four));
+        if let Some(absolute) = absolute {
+            (near_error, far_error) = (isa.add(near_error, absolute), isa.add(far_error, absolute));
+        }
+        Self {
+            near_scale: near,
+            near_offset: isa.add(near_start, near_error),
+            far_scale: far,
+            far_offset: isa.sub(far_start, far_error),
+        }
+    }
 }
 
 impl SafeRay {
@@ -117,24 +158,21 @@ impl SafeRay {
             let at_far_end = origin_error + roundings * UNIT_ROUNDOFF * reach(ray.origin, bounds);
             absolute = Vec3A::select(is_parallel, Vec3A::splat(at_far_end), absolute);
         }
-        let relative = (relative + 1.0) * (roundings * UNIT_ROUNDOFF);
-        let absolute = absolute * reciprocal.abs();
-        let (near, far) = (reciprocal - reciprocal * relative, reciprocal + reciprocal * relative);
-        let (near_origin, far_origin) = (origin * near, origin * far);
-        let outwards = |scaled: Vec3A| scaled.abs() * (4.0 * UNIT_ROUNDOFF) + absolute;
-        let near = Planes { scale: near, offset: near_origin + outwards(near_origin) };
-        let far = Planes { scale: far, offset: far_origin - outwards(far_origin) };
+        let absolute = (absolute * reciprocal.abs()).to_array();
+        let ray_along = (ray.origin, reciprocal.to_array());
+        let slabs = Slabs::new(Scalar, ray_along, relative.to_array(), Some(absolute), bound);
         // The distances must be finite too, or a plane far away would be NaN instead of far away. The far side has
         // the larger ones; a scale of zero would make NaN of the planes of an empty box.
         let farthest = Vec3A::from(bounds.min).abs().max(Vec3A::from(bounds.max).abs());
-        let most = far.scale.abs() * farthest + near.offset.abs().max(far.offset.abs());
-        let fits_single = most.is_finite() && near.scale.abs().min_element() >= f32::MIN_POSITIVE;
+        let (near_offset, far_offset) = (Vec3A::from(slabs.near_offset), Vec3A::from(slabs.far_offset));
+        let most = Vec3A::from(slabs.far_scale).abs() * farthest + near_offset.abs().max(far_offset.abs());
+        let fits_single = most.is_finite() && Vec3A::from(slabs.near_scale).abs().min_element() >= f32::MIN_POSITIVE;
         let in_double = (!fits_single).then(|| DoublePrecisionSlabs {
             origin: ray.origin,
             direction: ray.direction,
             padding: roundings * UNIT_ROUNDOFF * reach(ray.origin, bounds) + origin_error,
         });
-        Self { near, far, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min * AT_LEAST, in_double }
+        Self { slabs, downwards: ray.direction.map(f32::is_sign_negative), t_min: ray.t_min * AT_LEAST, in_double }
     }
 
     /// Whether single precision overflows for this ray.
@@ -153,8 +191,8 @@ impl SafeRay {
         for axis in 0..3 {
             let (low, high) = (bounds.min[axis], bounds.max[axis]);
             let (first, second) = if self.downwards[axis] { (high, low) } else { (low, high) };
-            let near = first * self.near.scale[axis] - self.near.offset[axis];
-            let far = second * self.far.scale[axis] - self.far.offset[axis];
+            let near = first * self.slabs.near_scale[axis] - self.slabs.near_offset[axis];
+            let far = second * self.slabs.far_scale[axis] - self.slabs.far_offset[axis];
             entry = if near > entry { near } else { entry };
             exit = if far < exit { far } else { exit };
         }

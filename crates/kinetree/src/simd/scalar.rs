@@ -114,6 +114,7 @@ macro_rules! arrays {
 }
 
 arrays!([f32; 1], [f32; 1], |x| x, |x| x);
+arrays!([f32; 3], [f32; 3], |x| x, |x| x);
 arrays!([f32; 4], [f32; 4], |x| x, |x| x);
 arrays!([f32; 8], [f32; 8], |x| x, |x| x);
 arrays!([f32; 16], Row, |x: Row| x.0, Row);

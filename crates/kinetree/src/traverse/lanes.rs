@@ -3,10 +3,8 @@
 //! Most rays are made ready in a few vector operations, by the formulas of [`SafeRay`]; the others, which are parallel to an axis, or huge, or tiny, take the long
 //! way through it.
 
-use glam::Vec3A;
-
-use crate::geometry::slab::{ErrorBound, SafeRay};
-use crate::geometry::{AT_LEAST, Aabb, Affine, Ray, UNIT_ROUNDOFF};
+use crate::geometry::slab::{ErrorBound, SafeRay, Slabs};
+use crate::geometry::{AT_LEAST, Aabb, Affine, Ray};
 use crate::simd::Isa;
 use crate::wide::{LANES, NodeView};
 
@@ -93,37 +91,26 @@ impl<I: Isa> RayLanes<I> {
         if fits != 7 || isa.le(extent, range) != 15 {
             return None;
         }
-        let error = bound.roundings * UNIT_ROUNDOFF;
-        let (near, far) = if error > 0.0 {
-            let near = isa.mul_sub(flatness, isa.splat(-error), isa.splat(error - 1.0));
-            let far = isa.mul_sub(flatness, isa.splat(error), isa.splat(-1.0 - error));
-            (isa.mul(reciprocal, near), isa.mul(reciprocal, far))
-        } else {
-            // Two roundings for each of two axes, and as many again.
-            (reciprocal, isa.mul(reciprocal, isa.splat(1.0 + 8.0 * UNIT_ROUNDOFF)))
-        };
-        let (near_origin, far_origin) = (isa.mul(origin, near), isa.mul(origin, far));
-        let four = isa.splat(4.0 * UNIT_ROUNDOFF);
-        let (mut near_error, mut far_error) = (isa.mul(isa.abs(near_origin), four), isa.mul(isa.abs(far_origin), four));
-        if bound.origin_error > 0.0 {
+        let absolute = if bound.origin_error > 0.0 {
             let farthest = isa.largest_of_three(origin);
             let mut origin_error = isa.mul(farthest, isa.splat(bound.origin_error));
             if bound.far.origin_error > 0.0 {
                 let beyond = isa.max(isa.sub(farthest, isa.splat(bound.far.padded_for)), isa.splat(0.0));
                 origin_error = isa.add(origin_error, isa.mul(beyond, isa.splat(bound.far.origin_error)));
             }
-            let origin_error = isa.mul(size, origin_error);
-            (near_error, far_error) = (isa.add(near_error, origin_error), isa.add(far_error, origin_error));
-        }
+            Some(isa.mul(size, origin_error))
+        } else {
+            None
+        };
+        let slabs = Slabs::new(isa, (origin, reciprocal), flatness, absolute, bound);
+        // A step of this walk adds where a plane's distance is `position * scale - offset`.
+        let near_offset = isa.sub(isa.splat(0.0), slabs.near_offset);
         // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.
-        let far_error = isa.add(far_error, isa.splat(f32::MIN_POSITIVE));
-        let nothing = isa.splat(0.0);
-        let near_offset = isa.sub(isa.sub(nothing, near_error), near_origin);
-        let far_offset = isa.sub(far_error, far_origin);
+        let far_offset = isa.sub(isa.splat(f32::MIN_POSITIVE), slabs.far_offset);
         Some(Self {
-            near_scale: spread(isa, near),
+            near_scale: spread(isa, slabs.near_scale),
             near_offset: spread(isa, near_offset),
-            far_scale: spread(isa, far),
+            far_scale: spread(isa, slabs.far_scale),
             far_offset: spread(isa, far_offset),
             near_side: sides(isa, direction),
             t_min: isa.mul(isa.spread8::<3>(origin), isa.splat(AT_LEAST)),
@@ -133,12 +120,13 @@ impl<I: Isa> RayLanes<I> {
     /// The long way.
     #[inline(always)]
     pub(crate) fn of(isa: I, ray: &RayQuads<I>, safe: &SafeRay) -> Self {
-        let (near, far) = (&safe.near, &safe.far);
+        let Slabs { near_scale, near_offset, far_scale, far_offset } = safe.slabs;
+        let [x, y, z] = far_offset;
         Self {
-            near_scale: splat(isa, near.scale),
-            near_offset: splat(isa, -near.offset),
-            far_scale: splat(isa, far.scale),
-            far_offset: splat(isa, Vec3A::splat(f32::MIN_POSITIVE) - far.offset),
+            near_scale: splat(isa, near_scale),
+            near_offset: splat(isa, [-near_offset[0], -near_offset[1], -near_offset[2]]),
+            far_scale: splat(isa, far_scale),
+            far_offset: splat(isa, [f32::MIN_POSITIVE - x, f32::MIN_POSITIVE - y, f32::MIN_POSITIVE - z]),
             near_side: sides(isa, ray.direction),
             t_min: isa.splat(safe.t_min),
         }
@@ -172,8 +160,8 @@ fn spread<I: Isa>(isa: I, x: I::F4) -> [I::F8; 3] {
 
 // Closures and `map` do not always become part of the kernel, and are compiled without its instructions then; so axes are written out here.
 #[inline(always)]
-fn splat<I: Isa>(isa: I, x: Vec3A) -> [I::F8; 3] {
-    [isa.splat(x.x), isa.splat(x.y), isa.splat(x.z)]
+fn splat<I: Isa>(isa: I, x: [f32; 3]) -> [I::F8; 3] {
+    [isa.splat(x[0]), isa.splat(x[1]), isa.splat(x[2])]
 }
 
 impl<I: Isa> Boxes<I> for RayLanes<I> {

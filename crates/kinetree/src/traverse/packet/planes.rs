@@ -2,8 +2,8 @@
 
 use super::super::lanes::SINGLE_PRECISION_RANGE;
 use super::rays::{Column, PACKET, RayPacket, lanes_of, size};
-use crate::geometry::slab::ErrorBound;
-use crate::geometry::{AT_LEAST, AT_MOST, Aabb, SafeRay, UNIT_ROUNDOFF};
+use crate::geometry::slab::{ErrorBound, Slabs};
+use crate::geometry::{AT_LEAST, AT_MOST, Aabb, SafeRay};
 use crate::simd::Isa;
 use crate::wide::WideNode;
 
@@ -13,7 +13,7 @@ pub(crate) struct PacketPlanes {
     pub(crate) near_offset: [Column; 3],
     pub(crate) far_scale: [Column; 3],
     pub(crate) far_offset: [Column; 3],
-    /// Rays that only double precision does justice.
+    /// Rays for which single precision overflows.
     pub(crate) in_double: u64,
     /// By how much offsets are widened in proportion to the largest coordinate of a ray's origin, among others.
     pub(super) bound: ErrorBound,
@@ -41,11 +41,11 @@ impl PacketPlanes {
         all
     }
 
-    /// The rays for which the short way is right: nothing about them is huge or tiny, and none is parallel to an axis.
+    /// Prepares rays by vector instructions. Returns those for which that is right: they are neither parallel
+    /// to an axis, nor is anything about them huge or tiny.
     #[inline(always)]
     fn set_quickly<I: Isa>(&mut self, isa: I, rays: &RayPacket, bounds: &Aabb, bound: ErrorBound) -> u64 {
-        let (error, four) = (isa.splat(bound.roundings * UNIT_ROUNDOFF), isa.splat(4.0 * UNIT_ROUNDOFF));
-        let (range, one) = (isa.splat(SINGLE_PRECISION_RANGE), isa.splat(1.0));
+        let range = isa.splat(SINGLE_PRECISION_RANGE);
         let mut fit = 0;
         for row in 0..rays.t_min.0.len() {
             let [x, y, z] = [&rays.direction[0].0[row], &rays.direction[1].0[row], &rays.direction[2].0[row]];
@@ -66,16 +66,12 @@ impl PacketPlanes {
                 let steepness = size(isa, reciprocal);
                 let flatness = isa.mul(steepness, largest);
                 lanes &= isa.le(steepness, range) & isa.le(flatness, isa.splat(bound.parallel()));
-                let bound = isa.mul(reciprocal, isa.mul(isa.add(flatness, one), error));
-                let (near, far) = (isa.sub(reciprocal, bound), isa.add(reciprocal, bound));
-                let (near_start, far_start) = (isa.mul(origin, near), isa.mul(origin, far));
-                let origin_error = isa.mul(origin_error, steepness);
-                let near_error = isa.add(isa.mul(size(isa, near_start), four), origin_error);
-                let far_error = isa.add(isa.mul(size(isa, far_start), four), origin_error);
-                self.near_scale[axis].0[row] = isa.store(near);
-                self.far_scale[axis].0[row] = isa.store(far);
-                self.near_offset[axis].0[row] = isa.store(isa.add(near_start, near_error));
-                self.far_offset[axis].0[row] = isa.store(isa.sub(far_start, far_error));
+                let absolute = isa.mul(origin_error, steepness);
+                let slabs = Slabs::new(isa, (origin, reciprocal), flatness, Some(absolute), bound);
+                self.near_scale[axis].0[row] = isa.store(slabs.near_scale);
+                self.far_scale[axis].0[row] = isa.store(slabs.far_scale);
+                self.near_offset[axis].0[row] = isa.store(slabs.near_offset);
+                self.far_offset[axis].0[row] = isa.store(slabs.far_offset);
             }
             fit |= u64::from(lanes) << (16 * row);
         }
@@ -83,7 +79,7 @@ impl PacketPlanes {
         if fits { fit } else { 0 }
     }
 
-    /// The long way, for any ray.
+    /// Prepares any rays, one by one.
     #[cold]
     #[inline(never)]
     fn set_slowly(&mut self, rays: &RayPacket, set: u64, bounds: &Aabb, bound: ErrorBound) {
@@ -95,13 +91,13 @@ impl PacketPlanes {
                 continue;
             }
             for axis in 0..3 {
-                self.near_scale[axis].set(at, safe.near.scale[axis]);
-                self.near_offset[axis].set(at, safe.near.offset[axis]);
-                self.far_scale[axis].set(at, safe.far.scale[axis]);
-                self.far_offset[axis].set(at, safe.far.offset[axis]);
-                let leaning = safe.near.offset[axis] - ray.origin[axis] * safe.near.scale[axis];
-                let leaning = leaning.max(ray.origin[axis] * safe.far.scale[axis] - safe.far.offset[axis]);
-                self.parallel[axis] = self.parallel[axis].max(leaning);
+                self.near_scale[axis].set(at, safe.slabs.near_scale[axis]);
+                self.near_offset[axis].set(at, safe.slabs.near_offset[axis]);
+                self.far_scale[axis].set(at, safe.slabs.far_scale[axis]);
+                self.far_offset[axis].set(at, safe.slabs.far_offset[axis]);
+                let widened = safe.slabs.near_offset[axis] - ray.origin[axis] * safe.slabs.near_scale[axis];
+                let widened = widened.max(ray.origin[axis] * safe.slabs.far_scale[axis] - safe.slabs.far_offset[axis]);
+                self.parallel[axis] = self.parallel[axis].max(widened);
             }
         }
     }

@@ -87,7 +87,7 @@ impl Kernel for Compare {
             assert_eq!(planes.in_double >> at & 1 == 1, one.needs_double_precision(), "seed {seed}, {ray:?}");
             for axis in (0..3).filter(|_| !one.needs_double_precision()) {
                 let found = [&planes.near_scale, &planes.near_offset, &planes.far_scale, &planes.far_offset];
-                let expected = [one.near.scale, one.near.offset, one.far.scale, one.far.offset];
+                let expected = [one.slabs.near_scale, one.slabs.near_offset, one.slabs.far_scale, one.slabs.far_offset];
                 let (found, expected) = (found.map(|x| x[axis].get(at)), expected.map(|x| x[axis]));
                 assert_eq!(found, expected, "seed {seed}, axis {axis}, {ray:?}");
             }
@@ -111,7 +111,7 @@ impl Kernel for Compare {
                         let Some(ray) = valid[at] else { continue };
                         let one =
                             SafeRay::new(&ray, &scene, ErrorBound::TRIANGLES).enter(&node.bounds(lane), ray.t_max);
-                        // On the very edge of what a ray leans, levels may differ.
+                        // Within the error bound, levels may differ.
                         let clear = exactly_enters(&ray, &node.bounds(lane));
                         if clear {
                             assert!(
@@ -133,7 +133,7 @@ impl Kernel for Compare {
     }
 }
 
-/// In double precision, without any leaning.
+/// In double precision, without any error bound.
 fn exactly_enters(ray: &Ray, bounds: &Aabb) -> bool {
     let (mut entry, mut exit) = (f64::from(ray.t_min), f64::from(ray.t_max));
     for axis in 0..3 {
