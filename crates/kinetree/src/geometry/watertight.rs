@@ -92,14 +92,15 @@ impl WatertightRay {
         let (origin, shear) = (along_axes(self.ray.origin), self.shear.map(|x| [x]));
         let edges =
             Edges::<_, WATERTIGHT>::new(Scalar, corners, (origin, shear), [[triangle.extent()], [self.reach()]], 1);
-        edges.is_possible().then(|| edges.intersect(Scalar, [self.t_scale], ([t_min], [t_max])))
+        let bounds = ([t_min], [t_max.min(f32::MAX)]);
+        edges.is_possible().then(|| edges.intersect(Scalar, [self.t_scale], bounds))
     }
 }
 
 impl LaneHits<[f32; 1]> {
     fn first(&self) -> Option<TriangleHit> {
-        let [u, v] = self.weights(Scalar);
-        (self.hits != 0).then(|| TriangleHit { t: self.t[0], u: u[0], v: v[0], back: self.back != 0 })
+        let ([t], [[u], [v]]) = (self.t(Scalar), self.weights(Scalar));
+        (self.hits != 0).then(|| TriangleHit { t, u, v, back: self.back(Scalar) != 0 })
     }
 }
 
@@ -124,15 +125,31 @@ pub(crate) struct LaneHits<V> {
     pub(crate) hits: u32,
     /// Lanes that only exact arithmetic can decide; not in `hits`.
     pub(crate) ambiguous: u32,
-    /// Lanes whose ray comes from the side from which the corners run clockwise.
-    pub(crate) back: u32,
-    pub(crate) t: V,
+    t: V,
     v: V,
     w: V,
     determinant: V,
 }
 
 impl<V: Copy> LaneHits<V> {
+    /// In lengths of the rays' directions. Adding zero turns a negative zero into a positive one.
+    #[inline(always)]
+    pub(crate) fn t<I: Isa>(&self, isa: I) -> V
+    where
+        V: Lanes<I>,
+    {
+        isa.add(self.t, isa.splat(0.0))
+    }
+
+    /// Lanes whose ray comes from the side from which the corners run clockwise.
+    #[inline(always)]
+    pub(crate) fn back<I: Isa>(&self, isa: I) -> u32
+    where
+        V: Lanes<I>,
+    {
+        isa.le(self.determinant, isa.splat(0.0))
+    }
+
     /// Weights of the second and the third corner.
     #[inline(always)]
     pub(crate) fn weights<I: Isa>(&self, isa: I) -> [V; 2]
@@ -186,18 +203,16 @@ impl<V: Copy, const WATERTIGHT: bool> Edges<V, WATERTIGHT> {
         self.possible != 0
     }
 
-    /// The hits within the bounds, inclusive.
+    /// The hits within the bounds, inclusive. Both are finite.
     #[inline(always)]
     pub(crate) fn intersect<I: Isa>(&self, isa: I, t_scale: V, (t_min, t_max): (V, V)) -> LaneHits<V>
     where
         V: Lanes<I>,
     {
         let Self { corners: [a, b, c], weights: [u, v, w], possible, sure, .. } = *self;
-        let zero = isa.splat(0.0);
         let determinant = isa.add(isa.add(u, v), w);
         let sum = isa.fused(w, c[2], isa.fused(v, b[2], isa.mul(u, a[2])));
-        // Adding zero turns a negative zero into a positive one.
-        let t = isa.add(isa.mul(isa.div(sum, determinant), t_scale), zero);
+        let t = isa.mul(isa.div(sum, determinant), t_scale);
         let (mut close, mut ambiguous) = (sure, 0);
         if WATERTIGHT {
             let error = self.distance_error(isa, determinant);
@@ -214,8 +229,7 @@ impl<V: Copy, const WATERTIGHT: bool> Edges<V, WATERTIGHT> {
                 ambiguous &= !(sure & outside);
             }
         }
-        let within = isa.le(t_min, t) & isa.le(t, t_max) & isa.le(t, isa.splat(f32::MAX));
-        LaneHits { hits: close & within, ambiguous, back: isa.le(determinant, zero), t, v, w, determinant }
+        LaneHits { hits: close & isa.le(t_min, t) & isa.le(t, t_max), ambiguous, t, v, w, determinant }
     }
 
     /// By how many roundings the sum of the weighted depths may be off, over those that grow with the sum

@@ -57,6 +57,7 @@ pub(crate) struct DynamicCollector {
 
 impl DynamicCollector {
     /// A state in which `hit` has been found already.
+    #[inline(always)]
     pub(super) fn with_hit(wanted: Wanted, t_max: f32, hit: Option<Hit>) -> Self {
         Self { wanted, t_max, hit, all: Vec::new() }
     }
@@ -67,6 +68,7 @@ impl DynamicCollector {
     }
 
     /// Whether there was a hit.
+    #[inline(always)]
     pub(super) fn is_hit(&self) -> bool {
         self.hit.is_some()
     }
@@ -126,10 +128,12 @@ impl HitCollector for DynamicCollector {
         self
     }
 
+    #[inline(always)]
     fn to_dynamic(&self) -> DynamicCollector {
         Self { all: Vec::new(), ..*self }
     }
 
+    #[inline(always)]
     fn update_from(&mut self, mut dynamic: DynamicCollector) {
         (self.t_max, self.hit) = (dynamic.t_max, dynamic.hit);
         self.all.append(&mut dynamic.all);
@@ -175,10 +179,13 @@ impl HitCollector for Closest {
         self.hit
     }
 
+    // Inlined, so that no address of the collector is taken and it stays in registers.
+    #[inline(always)]
     fn to_dynamic(&self) -> DynamicCollector {
         DynamicCollector::with_hit(Wanted::Closest, self.t_max, self.hit)
     }
 
+    #[inline(always)]
     fn update_from(&mut self, dynamic: DynamicCollector) {
         (self.t_max, self.hit) = (dynamic.t_max, dynamic.hit);
     }
@@ -220,10 +227,13 @@ impl HitCollector for Occluded {
         self.found
     }
 
+    // Inlined, so that no address of the collector is taken and it stays in registers.
+    #[inline(always)]
     fn to_dynamic(&self) -> DynamicCollector {
         DynamicCollector::with_hit(Wanted::Any, self.t_max, None)
     }
 
+    #[inline(always)]
     fn update_from(&mut self, dynamic: DynamicCollector) {
         self.found |= dynamic.is_hit();
     }

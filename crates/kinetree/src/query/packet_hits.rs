@@ -70,7 +70,8 @@ impl PacketHits {
             self.found |= u64::from(lanes) << (16 * row);
             return;
         }
-        let mut ties = lanes & isa.eq(hits.t, isa.load(&self.t_max.0[row]));
+        let t = hits.t(isa);
+        let mut ties = lanes & isa.eq(t, isa.load(&self.t_max.0[row]));
         while ties != 0 {
             let lane = ties.trailing_zeros() as usize & 15;
             ties &= ties - 1;
@@ -81,14 +82,14 @@ impl PacketHits {
             }
         }
         let [u, v] = hits.weights(isa);
-        isa.store_masked(&mut self.t_max.0[row], lanes, hits.t);
+        isa.store_masked(&mut self.t_max.0[row], lanes, t);
         isa.store_masked(&mut self.u.0[row], lanes, u);
         isa.store_masked(&mut self.v.0[row], lanes, v);
         isa.store_masked(&mut self.primitive.0[row], lanes, isa.splat(f32::from_bits(primitive)));
         isa.store_masked(&mut self.instance.0[row], lanes, isa.splat(f32::from_bits(instance)));
         let lanes = u64::from(lanes) << (16 * row);
         self.found |= lanes;
-        self.back = self.back & !lanes | u64::from(hits.back) << (16 * row) & lanes;
+        self.back = self.back & !lanes | u64::from(hits.back(isa)) << (16 * row) & lanes;
     }
 
     /// Receives a hit of one ray that counts.

@@ -183,7 +183,10 @@ impl<I: Isa, const WATERTIGHT: bool> PacketVisitor<I> for BottomLevelVisitor<'_,
                             (row, lanes),
                             self.hits.t_max(),
                         );
-                        let Some(mut hits) = hits.filter(|hits| hits.hits | hits.ambiguous != 0) else { continue };
+                        let Some(mut hits) = hits else { continue };
+                        if hits.hits | hits.ambiguous == 0 {
+                            continue;
+                        }
                         is_nearer = true;
                         hits.hits = self.counts.of(isa, row, &hits, primitive);
                         if hits.hits != 0 {
@@ -271,15 +274,15 @@ impl Counts<'_> {
     fn of<I: Isa>(&self, isa: I, row: usize, hits: &LaneHits<I::F16>, primitive: u32) -> u32 {
         let lanes = match self.rules.cull {
             Cull::None => hits.hits,
-            Cull::Back => hits.hits & !hits.back,
-            Cull::Front => hits.hits & hits.back,
+            Cull::Back => hits.hits & !hits.back(isa),
+            Cull::Front => hits.hits & hits.back(isa),
         };
         if !self.may_refuse || lanes == 0 {
             return lanes;
         }
         let [u, v] = hits.weights(isa);
-        let columns = [isa.store(hits.t), isa.store(u), isa.store(v)];
-        self.accepted((row, lanes), &columns, hits.back, primitive)
+        let columns = [isa.store(hits.t(isa)), isa.store(u), isa.store(v)];
+        self.accepted((row, lanes), &columns, hits.back(isa), primitive)
     }
 
     #[inline(never)]

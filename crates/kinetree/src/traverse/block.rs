@@ -85,7 +85,8 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
         if !edges.is_possible() {
             return BlockHits::NONE;
         }
-        let hits = edges.intersect(isa, self.t_scale, (self.t_min, isa.splat(farthest)));
+        let bounds = (self.t_min, isa.splat(if farthest < f32::MAX { farthest } else { f32::MAX }));
+        let hits = edges.intersect(isa, self.t_scale, bounds);
         if hits.hits | hits.ambiguous == 0 {
             return BlockHits::NONE;
         }
@@ -128,7 +129,7 @@ impl BlockHits {
     #[inline(always)]
     fn of<I: Isa>(isa: I, hits: &LaneHits<I::F4>) -> Self {
         let [u, v] = hits.weights(isa);
-        Self { mask: hits.hits, back: hits.back, t: isa.store(hits.t), u: isa.store(u), v: isa.store(v) }
+        Self { mask: hits.hits, back: hits.back(isa), t: isa.store(hits.t(isa)), u: isa.store(u), v: isa.store(v) }
     }
 
     #[inline(always)]

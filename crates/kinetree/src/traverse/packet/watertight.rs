@@ -101,7 +101,8 @@ impl WatertightPacket {
         if !edges.is_possible() {
             return None;
         }
-        let bounds = (isa.load(&rays.t_min.0[row]), isa.load(&t_max.0[row]));
+        let t_max = isa.min(isa.load(&t_max.0[row]), isa.splat(f32::MAX));
+        let bounds = (isa.load(&rays.t_min.0[row]), t_max);
         Some(edges.intersect(isa, isa.load(&self.t_scale.0[row]), bounds))
     }
 }
