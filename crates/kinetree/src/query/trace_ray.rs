@@ -229,9 +229,9 @@ impl<F: Filter, C: HitCollector> TopLevelVisitor<'_, F, C> {
                 None => return ControlFlow::Continue(()),
             },
         };
+        let counted = Counted { instance, rules: self.rules };
         let mut visitor = BottomLevelVisitor {
-            instance,
-            rules: self.rules,
+            counted: &counted,
             triangles,
             collector: &mut *self.collector,
             done: ControlFlow::Continue(()),
@@ -252,15 +252,21 @@ fn enter_mesh_in_double<const WATERTIGHT: bool>(
     work: &mut Work,
 ) -> ControlFlow<()> {
     let triangles = WatertightLanes::<Scalar, WATERTIGHT>::new(Scalar, local);
-    let mut visitor = BottomLevelVisitor { instance, rules, triangles, collector, done: ControlFlow::Continue(()) };
+    let counted = &Counted { instance, rules };
+    let mut visitor = BottomLevelVisitor { counted, triangles, collector, done: ControlFlow::Continue(()) };
     walk_wide(Scalar, instance.mesh.bvh.tree(), DoublePrecisionRay(safe), &mut visitor, work);
     visitor.done
 }
 
-/// A ray in the space of one instance, ready for triangles.
-struct BottomLevelVisitor<'a, I: Isa, F, C, const WATERTIGHT: bool> {
+/// Which hits on an instance count. Visitors refer to it, so that it takes no registers from the walk.
+struct Counted<'a, F> {
     instance: Instance<'a>,
     rules: Rules<F>,
+}
+
+/// A ray in the space of one instance, ready for triangles.
+struct BottomLevelVisitor<'a, I: Isa, F, C, const WATERTIGHT: bool> {
+    counted: &'a Counted<'a, F>,
     triangles: WatertightLanes<'a, I, WATERTIGHT>,
     collector: &'a mut C,
     done: ControlFlow<()>,
@@ -281,8 +287,9 @@ impl<I: Isa, F: Filter, C: HitCollector, T: Tally, const WATERTIGHT: bool> WideV
 
     #[inline(always)]
     fn leaf(&mut self, isa: I, link: WideLink, tally: &mut T) -> ControlFlow<()> {
+        let Counted { instance, rules } = self.counted;
         for item in link.item_index()..link.item_index() + link.item_count() {
-            let block = self.instance.mesh.bvh.block(item);
+            let block = instance.mesh.bvh.block(item);
             tally.block(block.count);
             let hits = self.triangles.hits(isa, block, self.collector.t_max());
             let mut mask = hits.mask;
@@ -291,8 +298,8 @@ impl<I: Isa, F: Filter, C: HitCollector, T: Tally, const WATERTIGHT: bool> WideV
                 mask &= mask - 1;
                 let (hit, primitive) = (hits.lane(lane), block.primitives[lane]);
                 // Another lane may have come nearer meanwhile.
-                if hit.t <= self.collector.t_max() && self.rules.count(&hit, primitive, &self.instance) {
-                    self.done = self.collector.collect(Hit::new(&hit, primitive, self.instance.index));
+                if hit.t <= self.collector.t_max() && rules.count(&hit, primitive, instance) {
+                    self.done = self.collector.collect(Hit::new(&hit, primitive, instance.index));
                     self.done?;
                 }
             }
