@@ -219,7 +219,7 @@ pub mod tree;
 pub mod wide;
 pub mod build;
 pub mod update;
-pub mod traverse;
+mod traverse;
 pub mod query;
 pub mod scene;
 pub mod tree_file;

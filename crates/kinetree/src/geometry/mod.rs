@@ -25,12 +25,14 @@ pub use interpolate::Interpolate;
 pub use precision::Precision;
 pub(crate) use precision::{AT_LEAST, AT_MOST, DISTANCE_ERROR};
 pub use ray::Ray;
-pub use slab::SafeRay;
+pub(crate) use slab::SafeRay;
 pub use triangle::Triangle;
 pub use triangles::Triangles;
 pub(crate) use triangles::fingerprint;
+pub use watertight::TriangleHit;
+#[doc(hidden)]
+pub use watertight::WatertightRay;
 pub(crate) use watertight::{Edges, LaneHits, OTHERS, REACH};
-pub use watertight::{TriangleHit, WatertightRay};
 
 /// The unit roundoff of `f32`: a correctly rounded operation errs by at most this, relatively.
 pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;

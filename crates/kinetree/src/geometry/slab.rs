@@ -83,7 +83,7 @@ pub(crate) const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
 
 /// A ray made ready for box tests against boxes within known bounds.
 #[derive(Debug, Clone, Copy)]
-pub struct SafeRay {
+pub(crate) struct SafeRay {
     /// Along each axis.
     pub(crate) slabs: Slabs<[f32; 3]>,
     /// The ray runs down this axis, so that the upper plane is met first.
@@ -183,7 +183,7 @@ impl SafeRay {
 
     /// Where the ray enters the box, at the earliest, if it does so before `t_max`.
     #[inline]
-    pub fn enter(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
+    pub(crate) fn enter(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
         if let Some(in_double) = &self.in_double {
             return in_double.enter(bounds, self.t_min, t_max);
         }

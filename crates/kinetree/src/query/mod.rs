@@ -12,8 +12,12 @@ mod hit;
 mod in_double;
 mod options;
 mod packet_hits;
+#[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod sort;
+#[cfg(not(feature = "internals"))]
+#[expect(unreachable_pub, reason = "public with the feature `internals`")]
+mod sort;
 mod trace_packet;
 mod trace_ray;
 mod two_level;

@@ -14,13 +14,13 @@ use crate::wide::{InstanceRecord, MeshBvh, TopLevelBvh};
 /// A mesh as it is in one frame, with its tree.
 #[doc(alias = "BLAS")]
 #[derive(Clone, Default)]
-pub struct MeshFrame {
+pub(crate) struct MeshFrame {
     /// Over the triangles, object space.
-    pub bvh: MeshBvh,
+    pub(crate) bvh: MeshBvh,
     /// Object space.
-    pub triangles: Triangles,
+    pub(crate) triangles: Triangles,
     /// How carefully triangles are tested.
-    pub precision: Precision,
+    pub(crate) precision: Precision,
 }
 
 /// Tells the frames of a process apart. Hits carry it, so that a hit is recognised when it is taken
@@ -31,7 +31,7 @@ pub struct MeshFrame {
 /// resolves to whatever has its numbers in the new frame, or panics if nothing has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
-pub struct FrameStamp(NonZeroU32);
+pub(crate) struct FrameStamp(NonZeroU32);
 
 impl FrameStamp {
     /// Of hits whose walk is not over; frames never have it.
@@ -57,23 +57,23 @@ impl FrameStamp {
 /// A frame, as walks see it.
 #[doc(alias = "TLAS")]
 #[derive(Clone)]
-pub struct FrameBvh {
+pub(crate) struct FrameBvh {
     /// Over the instances, world space.
-    pub top: TopLevelBvh,
+    pub(crate) top: TopLevelBvh,
     /// What the top level leads to.
-    pub instances: Vec<InstanceRecord>,
+    pub(crate) instances: Vec<InstanceRecord>,
     /// What the instances lead to.
-    pub meshes: Vec<Arc<MeshFrame>>,
+    pub(crate) meshes: Vec<Arc<MeshFrame>>,
     /// How rays enter the instances that are entered in double precision, in the order of their numbers.
     pub(crate) doubles: Vec<(u32, DoubleInverse)>,
     /// What walks are compiled for.
-    pub level: Level,
+    pub(crate) level: Level,
     /// What hits of this frame carry.
-    pub stamp: FrameStamp,
+    pub(crate) stamp: FrameStamp,
     /// Which instances are below which node.
-    pub hierarchy: Arc<Hierarchy>,
+    pub(crate) hierarchy: Arc<Hierarchy>,
     /// The numbers of the instances in the hierarchy, one per instance record.
-    pub numbers: Vec<u32>,
+    pub(crate) numbers: Vec<u32>,
 }
 
 impl Default for FrameBvh {

@@ -7,7 +7,7 @@ use crate::handle::{Handle, Placed};
 
 /// The instances of a scene, numbered in depth-first order, and the interval of each node.
 #[derive(Debug, Default)]
-pub struct Hierarchy {
+pub(crate) struct Hierarchy {
     /// By slot. Slots without a node have an empty interval.
     nodes: Vec<Entry>,
     /// By slot. Slots without an instance have an empty interval.

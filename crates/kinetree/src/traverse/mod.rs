@@ -10,12 +10,13 @@ mod wide;
 mod work;
 
 pub(crate) use block::WatertightLanes;
-pub use frame_bvh::{FrameBvh, FrameStamp, MeshFrame};
-pub use hierarchy::Hierarchy;
+pub(crate) use frame_bvh::{FrameBvh, FrameStamp, MeshFrame};
+pub(crate) use hierarchy::Hierarchy;
 pub(crate) use hierarchy::Interval as InstanceInterval;
 pub(crate) use lanes::{Boxes, DoublePrecisionRay, RayLanes, RayQuads};
 pub(crate) use packet::{
     Column, Interval, PACKET, PacketPlanes, PacketVisitor, RayPacket, WatertightPacket, lanes_of, octants, walk_packet,
 };
 pub(crate) use wide::{WideVisitor, walk_wide};
-pub use work::{Tally, Work};
+pub(crate) use work::Tally;
+pub use work::Work;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::AddAssign;
 
 /// Is told what a walk does. `()` does not care, and costs nothing.
-pub trait Tally {
+pub(crate) trait Tally {
     /// A node was visited: in an eight-way tree one that is no leaf.
     fn node(&mut self) {}
     /// A leaf was reached.

@@ -28,4 +28,5 @@ pub use mesh_bvh::MeshBvh;
 pub use node::{LANES, WideNode};
 pub(crate) use node_view::NodeView;
 pub use top_level_bvh::TopLevelBvh;
-pub use wide_bvh::{WIDE_STACK, WideBvh};
+pub(crate) use wide_bvh::WIDE_STACK;
+pub use wide_bvh::WideBvh;

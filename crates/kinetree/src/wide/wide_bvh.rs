@@ -10,7 +10,7 @@ use crate::tree::{Location, MAX_DEPTH, Violation};
 
 /// The traversal stack that is always large enough: at most seven entries per level, and eight of
 /// the last.
-pub const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
+pub(crate) const WIDE_STACK: usize = (LANES - 1) * MAX_DEPTH + LANES;
 
 /// An eight-way tree of boxes. Always:
 /// 1. node 0 is the root;
