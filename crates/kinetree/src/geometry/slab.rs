@@ -1,9 +1,10 @@
 //! The conservative slab test: does a ray enter a box, and where? Never "no" when a triangle in the
 //! box is hit.
 //!
-//! Hits of triangles are exact ([`watertight`](super::watertight)), but the box test rounds. So boxes
-//! are widened by a bound of that error (compare Ize 2013, "Robust BVH Ray Traversal"), and those of
-//! instances by a bound of what transforming the ray may round too. All of it is computed once per ray:
+//! Hits of triangles are exact ([`watertight`](super::watertight)), but the box test rounds. So
+//! boxes are widened by a bound of that error (compare Ize 2013, "Robust BVH Ray Traversal"), and
+//! those of instances by a bound of what transforming the ray may round too. All of it is computed
+//! once per ray:
 //!
 //! * along each axis the reciprocal is moved by a few roundings, more of them the flatter the ray runs
 //!   to the planes of that axis;
@@ -93,8 +94,8 @@ pub(crate) struct SafeRay {
     in_double: Option<DoublePrecisionSlabs>,
 }
 
-/// Distances of planes along rays: `position * scale - offset`, for the planes that are met first and for
-/// the opposite ones. A lane is an axis of a ray, or a ray along one axis.
+/// Distances of planes along rays: `position * scale - offset`, for the planes that are met first
+/// and for the opposite ones. A lane is an axis of a ray, or a ray along one axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slabs<V> {
     pub(crate) near_scale: V,
@@ -104,8 +105,8 @@ pub(crate) struct Slabs<V> {
 }
 
 impl<V: Copy> Slabs<V> {
-    /// `flatness` is how much flatter the ray runs to the planes than straight ahead, and `absolute` a
-    /// further error of distances.
+    /// `flatness` is how much flatter the ray runs to the planes than straight ahead, and
+    /// `absolute` a further error of distances.
     #[inline(always)]
     pub(crate) fn new<I: Isa>(
         isa: I,
@@ -161,8 +162,9 @@ impl SafeRay {
         let absolute = (absolute * reciprocal.abs()).to_array();
         let ray_along = (ray.origin, reciprocal.to_array());
         let slabs = Slabs::new(Scalar, ray_along, relative.to_array(), Some(absolute), bound);
-        // The distances must be finite too, or a plane far away would be NaN instead of far away. The far side has
-        // the larger ones; a scale of zero would make NaN of the planes of an empty box.
+        // The distances must be finite too, or a plane far away would be NaN instead of far away.
+        // The far side has the larger ones; a scale of zero would make NaN of the planes of an
+        // empty box.
         let farthest = Vec3A::from(bounds.min).abs().max(Vec3A::from(bounds.max).abs());
         let (near_offset, far_offset) = (Vec3A::from(slabs.near_offset), Vec3A::from(slabs.far_offset));
         let most = Vec3A::from(slabs.far_scale).abs() * farthest + near_offset.abs().max(far_offset.abs());

@@ -1,11 +1,12 @@
 //! The ray-triangle test through which no ray slips between neighbours.
 //!
-//! Vertices are moved to the ray's origin and sheared along its largest axis, so that the ray becomes
-//! an axis; three edge functions then say on which side of each edge it passes. That is done in single
-//! precision, with a bound of its error at hand: where an edge function is within the bound, or the
-//! distance might be off by more than [`DISTANCE_ERROR`], the triangle is tested again without rounding
-//! errors ([`exact`]). So every decision is the one of exact arithmetic, whatever the processor, the
-//! tree and the batch, and what is closed in exact arithmetic is closed for rays.
+//! Vertices are moved to the ray's origin and sheared along its largest axis, so that the ray
+//! becomes an axis; three edge functions then say on which side of each edge it passes. That is
+//! done in single precision, with a bound of its error at hand: where an edge function is within
+//! the bound, or the distance might be off by more than [`DISTANCE_ERROR`], the triangle is tested
+//! again without rounding errors ([`exact`]). So every decision is the one of exact arithmetic,
+//! whatever the processor, the tree and the batch, and what is closed in exact arithmetic is closed
+//! for rays.
 //!
 //! Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection", for the sheared space;
 //! Shewchuk 1997 for deciding exactly only what is in doubt. Decision 18 derives the bounds.
@@ -37,8 +38,8 @@ pub struct TriangleHit {
     pub back: bool,
 }
 
-/// The axes that come before the largest one of a direction in sheared space, for directions that run up
-/// and down that axis: swapping them keeps the winding.
+/// The axes that come before the largest one of a direction in sheared space, for directions that
+/// run up and down that axis: swapping them keeps the winding.
 pub(crate) const OTHERS: [[[usize; 2]; 2]; 4] =
     [[[1, 2], [2, 1]], [[2, 0], [0, 2]], [[0, 1], [1, 0]], [[0, 1], [1, 0]]];
 
@@ -54,8 +55,8 @@ impl WatertightRay {
         let largest = largest.max(size[0]);
         let down = usize::from(direction[z & 3].is_sign_negative());
         let [x, y] = OTHERS[z & 3][down];
-        // A power of two brings the direction to a length around one, so that short and long ones lose
-        // no precision.
+        // A power of two brings the direction to a length around one, so that short and long ones
+        // lose no precision.
         let exponent = ((largest >> 23) as i32 - 127).clamp(-126, 126);
         let t_scale = power_of_two(-exponent);
         let along = direction[z & 3] * t_scale;
@@ -63,22 +64,24 @@ impl WatertightRay {
         Self { ray: *ray, axes: [x, y, z], shear, t_scale }
     }
 
-    /// [`REACH`], or what depths are stretched by where that is more, as it is for denormal directions.
+    /// [`REACH`], or what depths are stretched by where that is more, as it is for denormal
+    /// directions.
     #[inline(always)]
     pub(crate) fn reach(&self) -> f32 {
         if self.shear[2].abs() > REACH { self.shear[2].abs() } else { REACH }
     }
 
-    /// Where the ray meets the triangle, if it does so within the bounds (inclusive). Edges and corners
-    /// belong to the triangle. Nothing meets a triangle without area, or one seen from its edge; there
-    /// is no threshold: small triangles count.
+    /// Where the ray meets the triangle, if it does so within the bounds (inclusive). Edges and
+    /// corners belong to the triangle. Nothing meets a triangle without area, or one seen from its
+    /// edge; there is no threshold: small triangles count.
     #[inline]
     pub fn hit(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
         let hits = self.test::<true>(triangle, t_min, t_max)?;
         if hits.ambiguous != 0 { exact::hit(&self.ray, triangle, t_min, t_max) } else { hits.first() }
     }
 
-    /// The same in single precision throughout: what [`Precision::Fast`](super::Precision::Fast) is.
+    /// The same in single precision throughout: what [`Precision::Fast`](super::Precision::Fast)
+    /// is.
     #[inline]
     pub fn hit_fast(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<TriangleHit> {
         self.test::<false>(triangle, t_min, t_max)?.first()
@@ -161,9 +164,9 @@ impl<V: Copy> LaneHits<V> {
 }
 
 impl<V: Copy, const WATERTIGHT: bool> Edges<V, WATERTIGHT> {
-    /// Origins, shears and the coordinates of corners stand in the order of the axes of sheared space.
-    /// `extent` is that of each triangle, and `reach` as [`WatertightRay::reach`]; single precision
-    /// throughout needs neither.
+    /// Origins, shears and the coordinates of corners stand in the order of the axes of sheared
+    /// space. `extent` is that of each triangle, and `reach` as [`WatertightRay::reach`]; single
+    /// precision throughout needs neither.
     #[inline(always)]
     pub(crate) fn new<I: Isa>(
         isa: I,
@@ -232,9 +235,9 @@ impl<V: Copy, const WATERTIGHT: bool> Edges<V, WATERTIGHT> {
         LaneHits { hits: close & isa.le(t_min, t) & isa.le(t, t_max), ambiguous, t, v, w, determinant }
     }
 
-    /// By how many roundings the sum of the weighted depths may be off, over those that grow with the sum
-    /// itself: what moves a corner across the ray counts by the slope of the triangle, and what is lost of
-    /// a weight by the depth of the triangle.
+    /// By how many roundings the sum of the weighted depths may be off, over those that grow with
+    /// the sum itself: what moves a corner across the ray counts by the slope of the triangle, and
+    /// what is lost of a weight by the depth of the triangle.
     #[inline(always)]
     fn distance_error<I: Isa>(&self, isa: I, determinant: V) -> V
     where
@@ -268,20 +271,20 @@ fn edge<I: Isa, V: Lanes<I>>(isa: I, from: [V; 3], to: [V; 3]) -> V {
     isa.sub(isa.mul(from[0], to[1]), isa.mul(from[1], to[0]))
 }
 
-/// The error of an edge function is below 41 roundings of the lateral size times the size: how far the
-/// corners are across the ray, and in all. Some more, to be sure.
+/// The error of an edge function is below 41 roundings of the lateral size times the size: how far
+/// the corners are across the ray, and in all. Some more, to be sure.
 const EDGE_ERROR: f32 = 48.0 * UNIT_ROUNDOFF;
 
-/// The lateral size, times that error, is the sum of two parts: of a triangle that the ray meets, corners
-/// are at most twice its extent across the ray, ...
+/// The lateral size, times that error, is the sum of two parts: of a triangle that the ray meets,
+/// corners are at most twice its extent across the ray, ...
 const EDGE_BY_EXTENT: f32 = 2.0 * EDGE_ERROR;
 /// ... and as much farther as they may have been moved.
 const EDGE_BY_SIZE: f32 = 16.0 * UNIT_ROUNDOFF * EDGE_ERROR;
 /// What leads back to the lateral size itself.
 const LATERAL: f32 = 1.0 / EDGE_ERROR;
 
-/// The depth of any corner is at most the depth of the first plus this many extents of the triangle;
-/// so is its distance across the ray.
+/// The depth of any corner is at most the depth of the first plus this many extents of the
+/// triangle; so is its distance across the ray.
 pub(crate) const REACH: f32 = 2.0;
 
 /// What is added to that, far above what products can lose when they are denormal.
@@ -372,7 +375,8 @@ mod tests {
 
     #[test]
     fn distances_to_slivers_are_right() {
-        // By the normal of the plane, which the test itself does not use; nothing where the ray misses by a hair.
+        // By the normal of the plane, which the test itself does not use; nothing where the ray
+        // misses by a hair.
         let exact = |ray: &Ray, triangle: &Triangle| {
             let point = |v: [f32; 3]| DVec3::from(v.map(f64::from));
             let [a, b, c] = triangle.corners.map(point);

@@ -63,7 +63,8 @@ pub(crate) fn fill_in_chunks<T: Copy + Send, R: Send>(
 ) -> (Vec<T>, Vec<R>) {
     assert!(list.is_empty(), "a list that is written from its start");
     if count <= chunk {
-        // One chunk needs no list of chunks, which takes longer to allocate than many a chunk to fill.
+        // One chunk needs no list of chunks, which takes longer to allocate than many a chunk to
+        // fill.
         let mut writer = ChunkWriter { memory: &mut list.spare_capacity_mut()[..count], len: 0 };
         let found = if count > 0 { vec![write(0, &mut writer)] } else { Vec::new() };
         assert!(writer.len == count, "a chunk is not full");

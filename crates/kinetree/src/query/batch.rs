@@ -1,4 +1,4 @@
-//! Many rays at once: packets for rays that go alike, a better order for those that do not. The answers
+//! Many rays at once: packets for coherent rays, a better order for others. The answers
 //! are those of single calls, to the bit.
 
 use super::candidate::{Filter, NoFilter, QueryFilter};
@@ -75,8 +75,8 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// Answers all rays. `of_packet` reads the answer of one ray from those of a packet; `alone` answers
-    /// for the ray with a number.
+    /// Answers all rays. `of_packet` reads the answer of one ray from those of a packet; `alone`
+    /// answers for the ray with a number.
     fn trace<A>(
         &self,
         answers: &mut [A],
@@ -130,30 +130,31 @@ impl Batch<'_> {
     }
 }
 
-/// Answers rays in another order.
+/// Traces rays in another order.
 fn in_order<A>(
     level: Level,
     rays: &[Ray],
     answers: &mut [A],
-    places: &[sort::Place],
+    order: &[sort::SortedRay],
     alone: impl Fn(usize, &Ray) -> A,
 ) {
     let (mut gathered, mut answered) = (Vec::with_capacity(sort::FETCHED), Vec::with_capacity(sort::FETCHED));
-    for (at, some) in places.chunks(sort::FETCHED).enumerate() {
-        // Fetched before they are traced, and put away after, so that they wait together for memory. A store that waits alone holds up those
-        // to the stack of the next walk: 150 to 250 ns a ray. While some are traced, those that come next are brought near, and the places of answers.
+    for (at, some) in order.chunks(sort::FETCHED).enumerate() {
+        // Rays are copied before they are traced, and answers after, so that cache misses overlap.
+        // A store that misses alone stalls those to the stack of the next walk: 150 to 250 ns a
+        // ray. While some rays are traced, the next ones and the memory of answers are prefetched.
         gathered.clear();
-        gathered.extend(some.iter().map(|place| rays[place.ray()]));
+        gathered.extend(some.iter().map(|entry| rays[entry.ray()]));
         answered.clear();
-        let next = &places[places.len().min((at + 1) * sort::FETCHED)..];
+        let next = &order[order.len().min((at + 1) * sort::FETCHED)..];
         for (group, here) in some.chunks(PREFETCH_BATCH).enumerate() {
             let first = group * PREFETCH_BATCH;
             let next = &next[next.len().min(first)..next.len().min(first + PREFETCH_BATCH)];
             level.run(Prefetch { rays, answers, here, next });
-            answered.extend(here.iter().zip(&gathered[first..]).map(|(place, ray)| alone(place.ray(), ray)));
+            answered.extend(here.iter().zip(&gathered[first..]).map(|(entry, ray)| alone(entry.ray(), ray)));
         }
-        for (place, answer) in some.iter().zip(answered.drain(..)) {
-            answers[place.ray()] = answer;
+        for (entry, answer) in some.iter().zip(answered.drain(..)) {
+            answers[entry.ray()] = answer;
         }
     }
 }
@@ -161,12 +162,13 @@ fn in_order<A>(
 /// For how many rays at a time memory is asked.
 const PREFETCH_BATCH: usize = 8;
 
-/// Asks for the memory of rays that come next, and of answers that come soon. Each may begin on one cache line and end on another.
+/// Prefetches the rays that come next, and the memory of answers that come soon. Each may span two
+/// cache lines.
 struct Prefetch<'a, A> {
     rays: &'a [Ray],
     answers: &'a [A],
-    here: &'a [sort::Place],
-    next: &'a [sort::Place],
+    here: &'a [sort::SortedRay],
+    next: &'a [sort::SortedRay],
 }
 
 impl<A> Kernel for Prefetch<'_, A> {
@@ -174,13 +176,13 @@ impl<A> Kernel for Prefetch<'_, A> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
-        for place in self.next {
-            isa.prefetch(self.rays, place.ray());
-            isa.prefetch(self.rays, place.ray() + 1);
+        for entry in self.next {
+            isa.prefetch(self.rays, entry.ray());
+            isa.prefetch(self.rays, entry.ray() + 1);
         }
-        for place in self.here {
-            isa.prefetch(self.answers, place.ray());
-            isa.prefetch(self.answers, place.ray() + 1);
+        for entry in self.here {
+            isa.prefetch(self.answers, entry.ray());
+            isa.prefetch(self.answers, entry.ray() + 1);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a filter is asked about.
+//! What a filter decides about.
 
 use super::two_level::Instance;
 use super::without::Without;
@@ -43,7 +43,8 @@ impl Candidate<'_> {
         self.hit.back
     }
 
-    /// Number of the instance among those of the snapshot; see [`Snapshot::instance_at`](crate::Snapshot::instance_at).
+    /// Number of the instance among those of the snapshot; see
+    /// [`Snapshot::instance_at`](crate::Snapshot::instance_at).
     pub fn instance_index(&self) -> u32 {
         self.instance
     }
@@ -100,8 +101,8 @@ impl Filter for NoFilter {
 /// A filter as callers hand it over. It may be called on any thread that shares the query.
 pub(super) type DynFilter<'a> = dyn Fn(&Candidate<'_>) -> bool + Sync + 'a;
 
-/// What a query says about instances and hits: which instances are seen at all and, except on opaque
-/// ones, which hits count.
+/// What a query says about instances and hits: which instances are seen at all and, except on
+/// opaque ones, which hits count.
 #[derive(Clone, Copy)]
 pub(crate) struct QueryFilter<'a> {
     filter: Option<&'a DynFilter<'a>>,
@@ -123,7 +124,8 @@ impl<'a> QueryFilter<'a> {
         Self { ray, ..self }
     }
 
-    /// The rays of a packet that see an instance; `first_ray` is the index of its first ray in the batch.
+    /// The rays of a packet that see an instance; `first_ray` is the index of its first ray in the
+    /// batch.
     #[inline(always)]
     pub(super) fn seeing(&self, instance: u32, first_ray: usize, set: u64) -> u64 {
         if self.without.is_nothing() { set } else { self.without.seeing(self.world, instance, first_ray, set) }

@@ -45,8 +45,8 @@ pub(crate) enum Wanted {
     All,
 }
 
-/// Decides at run time which hits it keeps: for queries with filters or counters, and for rare paths,
-/// all of which are compiled once.
+/// Decides at run time which hits it keeps: for queries with filters or counters, and for rare
+/// paths, all of which are compiled once.
 #[derive(Debug)]
 pub(crate) struct DynamicCollector {
     wanted: Wanted,

@@ -1,12 +1,13 @@
-//! Where a ray met something.
+//! Where a ray hits a triangle.
 
 use crate::traverse::FrameStamp;
 
-/// A hit, as plain data. The snapshot that gave it tells the rest: which instance, which mesh, where in the world.
+/// A hit, as plain data. The snapshot that gave it tells the rest: which instance, which mesh,
+/// where in the world.
 ///
 /// It carries the stamp of its frame: only snapshots of that frame resolve it, others recognise it
-/// as foreign (see [`Snapshot::try_instance`](crate::Snapshot::try_instance)). Comparing hits, with `==` or
-/// [`Hit::agrees_with`], leaves the stamp out.
+/// as foreign (see [`Snapshot::try_instance`](crate::Snapshot::try_instance)). Comparing hits, with
+/// `==` or [`Hit::agrees_with`], leaves the stamp out.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Hit {
@@ -28,7 +29,7 @@ pub struct Hit {
 // A stamp is never zero, which leaves room for `None`.
 const _: () = assert!(size_of::<Hit>() == 32 && size_of::<Option<Hit>>() == 32);
 
-/// The path ends before.
+/// There is no further instance on the path.
 const NO_INSTANCE: u32 = u32::MAX;
 const BACK_FACE: u32 = 1;
 
@@ -60,7 +61,8 @@ impl Hit {
         self.stamp
     }
 
-    /// The ray came from the side from which the vertices run clockwise. A mirrored instance keeps its sides: outside stays outside.
+    /// The ray came from the side from which the vertices run clockwise. A mirrored instance keeps
+    /// its sides: outside stays outside.
     pub fn is_back_face(&self) -> bool {
         self.flags & BACK_FACE != 0
     }
@@ -70,13 +72,15 @@ impl Hit {
         self.path[0]
     }
 
-    /// The order of hits: by distance, then by instance, then by primitive. Of two at the same distance, the smaller wins everywhere.
+    /// The order of hits: by distance, then by instance, then by primitive. Of two at the same
+    /// distance, the smaller wins everywhere.
     #[inline(always)]
     pub(crate) fn key(&self) -> (f32, u32, u32) {
         (self.t, self.path[0], self.primitive)
     }
 
-    /// Whether two ways of asking found the same: the same distance to the bit, and the same instance and primitive.
+    /// Whether two ways of asking found the same: the same distance to the bit, and the same
+    /// instance and primitive.
     pub fn agrees_with(&self, other: &Self) -> bool {
         self.key() == other.key() && self.is_back_face() == other.is_back_face()
     }

@@ -1,8 +1,8 @@
-//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that rays enter
-//! in double precision.
+//! A ray in one instance, triangle by triangle: for the slow twin, and for placements that rays
+//! enter in double precision.
 //!
-//! See [`inverse`](crate::geometry::inverse) for those. They are rare, so this is compiled once, at the
-//! scalar level.
+//! See [`inverse`](crate::geometry::inverse) for those. They are rare, so this is compiled once, at
+//! the scalar level.
 
 use std::ops::ControlFlow;
 

@@ -1,8 +1,8 @@
 //! What one can ask a frame: the closest hit, whether there is any, and all of them.
 //!
-//! The way through both levels is in `two_level`, once for single rays (`trace_ray`) and packets of them
-//! (`trace_packet`). `brute_force` answers the same queries by testing every triangle: the slow twin that
-//! everything is compared with.
+//! The way through both levels is in `two_level`, once for single rays (`trace_ray`) and packets of
+//! them (`trace_packet`). `brute_force` answers the same queries by testing every triangle: the
+//! slow twin that everything is compared with.
 
 mod batch;
 mod brute_force;

@@ -11,7 +11,7 @@ use crate::geometry::Ray;
 use crate::handle::Placed;
 use crate::traverse::{FrameBvh, Work};
 
-/// Which sides of triangles do not count.
+/// Which sides of triangles are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Cull {
@@ -24,7 +24,7 @@ pub enum Cull {
     Front,
 }
 
-/// What the caller knows about the rays of a batch. It changes the speed, never the answers.
+/// What the caller knows about the rays of a batch. It affects the speed, never the answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
@@ -33,12 +33,12 @@ pub enum Coherence {
     Coherent,
     /// Neighbours have nothing in common.
     Incoherent,
-    /// Nobody knows.
+    /// The caller does not know.
     #[default]
     Unknown,
 }
 
-/// A question with options, from [`Snapshot::query`](crate::Snapshot::query).
+/// A query with options, from [`Snapshot::query`](crate::Snapshot::query).
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct Query<'a> {
@@ -60,7 +60,7 @@ impl fmt::Debug for Query<'_> {
     }
 }
 
-// Many threads may ask the same question.
+// Many threads may use the same query.
 const _: () = {
     const fn is_shared<T: Send + Sync>() {}
     is_shared::<Query<'_>>();
@@ -77,21 +77,23 @@ impl<'a> Query<'a> {
         Self { mask, ..self }
     }
 
-    /// Which sides of triangles do not count. Both count, unless told.
+    /// Which sides of triangles are ignored. Both count, unless told.
     pub fn cull(self, cull: Cull) -> Self {
         Self { cull, ..self }
     }
 
-    /// Decides about hits on instances that are not opaque: leaves and fences with holes in them. It has to give the same answer whenever
-    /// it is asked about the same candidate, because it may be asked more than once, and in any order.
+    /// Decides about hits on instances that are not opaque, such as leaves and fences with holes.
+    /// It must give the same answer whenever it is called with the same candidate, since it may be
+    /// called more than once, and in any order.
     pub fn filter(self, filter: &'a (dyn Fn(&Candidate<'_>) -> bool + Sync)) -> Self {
         Self { filter: Some(filter), ..self }
     }
 
     /// Leaves out an instance, or all instances below a node: one's own body, for rays that start
     /// inside it. Unlike a filter this holds for opaque instances too, and costs nothing for each
-    /// triangle. A handle that is not in this frame, because what it names was removed before or added
-    /// later or is of another scene, leaves out nothing. Of several calls the last one counts.
+    /// triangle. A handle that is not in this frame, because what it names was removed before or
+    /// added later or is of another scene, leaves out nothing. Of several calls the last one
+    /// counts.
     ///
     /// ```
     /// use kinetree::{Affine, Mesh, Motion, Ray, Scene};
@@ -155,8 +157,9 @@ impl<'a> Query<'a> {
         self.trace(ray, Wanted::Any, work).is_some_and(|collector| collector.is_hit())
     }
 
-    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays changes
-    /// the speed, never the hits. [`Candidate::ray_index`] tells a filter which ray it is asked about.
+    /// The nearest hit of each ray, on the calling thread. What the caller knows about the rays
+    /// changes the speed, never the hits. [`Candidate::ray_index`] tells a filter which ray it is
+    /// asked about.
     ///
     /// # Panics
     /// When there are not as many hits as rays, or as entries of [`Query::without_each`].
@@ -222,7 +225,8 @@ impl<'a> Query<'a> {
     }
 }
 
-/// The queries of a [`Query`], answered without any tree. Slow, and short enough to be believed: for tests.
+/// The queries of a [`Query`], answered without any tree. Slow, and short enough to be believed:
+/// for tests.
 #[derive(Debug, Clone, Copy)]
 #[must_use]
 pub struct BruteForce<'a>(Query<'a>);

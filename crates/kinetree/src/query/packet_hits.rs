@@ -5,8 +5,8 @@ use crate::geometry::{LaneHits, TriangleHit};
 use crate::simd::Isa;
 use crate::traverse::{Column, FrameStamp};
 
-/// The hits of a packet that are wanted: of each ray the nearest so far, at equal distance the one with
-/// the smaller (instance, primitive); or whether it has hit anything.
+/// The hits of a packet that are wanted: of each ray the nearest so far, at equal distance the one
+/// with the smaller (instance, primitive); or whether it has hit anything.
 pub(super) struct PacketHits {
     wants_any: bool,
     /// For each ray: hits beyond this do not matter (any more).
@@ -76,7 +76,8 @@ impl PacketHits {
             let lane = ties.trailing_zeros() as usize & 15;
             ties &= ties - 1;
             let ray = row * 16 + lane;
-            // The first hit of a ray can be as far as its end; no indices are larger than those of no hit.
+            // The first hit of a ray can be as far as its end; no indices are larger than those of
+            // no hit.
             if self.indices(ray) <= (instance, primitive) {
                 lanes &= !(1 << lane);
             }

@@ -1,33 +1,37 @@
-//! A better order for rays that have nothing in common: those that start and go alike one after another, so that they find in the caches what the one before
-//! fetched.
+//! A better order for incoherent rays: those with similar origins and directions follow each other,
+//! so that one finds in the caches what the one before fetched.
 //!
-//! Sorted by origin along a Morton curve, then by octant, then by direction. (Other orders of these, and finer ones, gain no more.)
+//! Rays are sorted by origin along a Morton curve, then by octant, then by direction. (Other orders
+//! of these, and finer ones, gain no more.)
 
 use crate::geometry::{Aabb, Ray};
 use crate::memory::vec_in_large_pages;
 use crate::traverse::{FrameBvh, Work};
 
-/// Fewer rays than this meet too few others of their kind.
+/// Fewer rays than this have too few similar ones among them.
 const LEAST_RAYS: usize = 4096;
 
-/// Trees below this many bytes stay in the caches near a core, and order matters too little. Of one of 5 MB, shuffled rays gain an eighth: most of it because the
-/// processor foretells better what it has just seen.
+/// Trees below this many bytes stay in the caches near a core, and order matters too little. With
+/// one of 5 MB shuffled rays gain an eighth, mostly because branches that were taken just before
+/// are predicted better.
 const LEAST_TREE: usize = 1 << 20;
 
-/// How many rays are sorted together, so that large batches need no large buffers. Of a quarter as many, each meets so much fewer of its kind that it takes 4 to 8 %
-/// longer.
+/// How many rays are sorted together, so that large batches need no large buffers. With a quarter
+/// as many, rays have so much fewer similar ones among them that each takes 4 to 8 % longer.
 pub const BLOCK: usize = 1 << 20;
 
-/// How many rays are fetched together: they stay in the first cache.
+/// How many rays are copied together: they stay in the first cache.
 pub const FETCHED: usize = 256;
 
 /// Rays that are traced to estimate the cost of a ray.
 const SAMPLES: usize = 64;
 
-/// Nodes and leaves that a ray has to visit, as a rule, for its order to matter. Sorting, fetching and putting away take 40 to 50 ns a ray.
+/// Nodes and leaves that a ray has to visit on average for its order to matter. Sorting and copying
+/// take 40 to 50 ns a ray.
 const LEAST_VISITS: u64 = 8;
 
-/// Whether the order may pay: there are many rays, much memory, and they see a lot of it. `sampled` traces a ray and counts.
+/// Whether sorting may pay: there are many rays and large trees, and rays visit many nodes.
+/// `sampled` traces a ray and counts.
 pub(crate) fn is_worth_while(world: &FrameBvh, rays: &[Ray], sampled: impl Fn(&Ray, &mut Work)) -> bool {
     let memory = || world.meshes.iter().map(|mesh| mesh.bvh.heap_bytes()).sum::<usize>();
     if rays.len() < LEAST_RAYS || memory() <= LEAST_TREE {
@@ -40,9 +44,9 @@ pub(crate) fn is_worth_while(world: &FrameBvh, rays: &[Ray], sampled: impl Fn(&R
 
 /// A ray's key in the upper half, its number in the lower half.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Place(u64);
+pub struct SortedRay(u64);
 
-impl Place {
+impl SortedRay {
     /// Number of the ray.
     #[inline(always)]
     pub fn ray(self) -> usize {
@@ -54,8 +58,8 @@ impl Place {
 #[derive(Debug)]
 pub struct Sorter {
     bounds: Aabb,
-    places: Vec<Place>,
-    spare: Vec<Place>,
+    order: Vec<SortedRay>,
+    spare: Vec<SortedRay>,
 }
 
 /// Bits that one pass sorts by.
@@ -64,41 +68,42 @@ const DIGIT: u32 = 11;
 /// Bits of a key.
 const KEY: u32 = 2 * DIGIT;
 
-/// How many places a digit begins at.
+/// The index at which each digit begins.
 type Starts = [u32; 1 << DIGIT];
 
 impl Sorter {
     /// For rays in a scene within these bounds.
     pub fn new(bounds: Aabb) -> Self {
-        Self { bounds, places: Vec::new(), spare: Vec::new() }
+        Self { bounds, order: Vec::new(), spare: Vec::new() }
     }
 
     /// In which order the rays are best traced. There are at most [`BLOCK`].
-    pub fn order(&mut self, rays: &[Ray]) -> &[Place] {
-        let Self { bounds, places, spare } = self;
-        if places.capacity() < rays.len() {
-            (*places, *spare) = (vec_in_large_pages(rays.len()), vec_in_large_pages(rays.len()));
+    pub fn order(&mut self, rays: &[Ray]) -> &[SortedRay] {
+        let Self { bounds, order, spare } = self;
+        if order.capacity() < rays.len() {
+            (*order, *spare) = (vec_in_large_pages(rays.len()), vec_in_large_pages(rays.len()));
         }
         let keys = Keys::of(rays, bounds);
         let (mut low, mut high): (Starts, Starts) = ([0; 1 << DIGIT], [0; 1 << DIGIT]);
-        places.clear();
+        order.clear();
         for (ray, number) in rays.iter().zip(0_u64..) {
             let key = keys.of_ray(ray);
             low[(key & DIGIT_MASK) as usize] += 1;
             high[(key >> DIGIT & DIGIT_MASK) as usize] += 1;
-            places.push(Place(u64::from(key) << 32 | number));
+            order.push(SortedRay(u64::from(key) << 32 | number));
         }
-        spare.resize(places.len(), Place::default());
-        pass(places, spare, 32, &mut low);
-        pass(spare, places, 32 + DIGIT, &mut high);
-        places
+        spare.resize(order.len(), SortedRay::default());
+        pass(order, spare, 32, &mut low);
+        pass(spare, order, 32 + DIGIT, &mut high);
+        order
     }
 }
 
 const DIGIT_MASK: u32 = (1 << DIGIT) - 1;
 
-/// One digit of a radix sort, of which there are so many each: stable, so that the pass before counts for what is equal in this one.
-fn pass(from: &[Place], to: &mut [Place], shift: u32, starts: &mut Starts) {
+/// One digit of a radix sort, from the counts of each digit. Stable, so that equal digits keep the
+/// order of the pass before.
+fn pass(from: &[SortedRay], to: &mut [SortedRay], shift: u32, starts: &mut Starts) {
     let mut start = 0;
     for slot in starts.iter_mut() {
         start += std::mem::replace(slot, start);
@@ -110,7 +115,8 @@ fn pass(from: &[Place], to: &mut [Place], shift: u32, starts: &mut Starts) {
     }
 }
 
-/// How keys are made of rays: fifteen bits of origin, three of octant, four of direction. What is no number counts as zero.
+/// Makes keys of rays: fifteen bits of origin, three of octant, four of direction. NaN counts as
+/// zero.
 struct Keys {
     first: [f32; 3],
     /// Cells per metre.
@@ -120,11 +126,11 @@ struct Keys {
 /// Cells along an axis.
 const CELLS: f32 = 32.0;
 
-/// Of so many rays one is looked at, to see where they start.
+/// One of so many rays is sampled for the extent of origins.
 const STRIDE: usize = 16;
 
 impl Keys {
-    /// Cells are laid over where rays start, which may be a small part of the scene.
+    /// Cells cover the origins of rays, which may be a small part of the scene.
     fn of(rays: &[Ray], bounds: &Aabb) -> Self {
         let (mut first, mut last) = (bounds.max, bounds.min);
         for ray in rays.iter().step_by(STRIDE) {
@@ -161,7 +167,7 @@ impl Keys {
 
 const _: () = assert!(KEY == 15 + 3 + 4);
 
-/// Rounded to a whole number between zero and `most`; zero for what is none. Adding 2^23 leaves whole numbers.
+/// Rounds to an integer between zero and `most`; NaN becomes zero. Adding 2^23 rounds to integers.
 #[inline(always)]
 fn whole(x: f32, most: f32) -> usize {
     let x = if x > 0.0 { x } else { 0.0 };
@@ -169,7 +175,7 @@ fn whole(x: f32, most: f32) -> usize {
     ((x + 8_388_608.0).to_bits() & 31) as usize
 }
 
-/// Of five bits, each three places from the next.
+/// Five bits, spread to every third bit.
 const SPREAD: [u32; 32] = {
     let mut all = [0; 32];
     let mut x = 0;
@@ -200,7 +206,7 @@ mod tests {
         let mut sorter = Sorter::new(bounds);
         for count in [0, 1, 5000, 300] {
             let keys = Keys::of(&rays[..count], &bounds);
-            let order: Vec<usize> = sorter.order(&rays[..count]).iter().map(|place| place.ray()).collect();
+            let order: Vec<usize> = sorter.order(&rays[..count]).iter().map(|entry| entry.ray()).collect();
             assert!(order.windows(2).all(|pair| {
                 let [one, other] = [pair[0], pair[1]].map(|at| keys.of_ray(&rays[at]));
                 one < other || one == other && pair[0] < pair[1]

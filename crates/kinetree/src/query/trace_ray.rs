@@ -1,9 +1,10 @@
 //! One ray through both levels.
 //!
 //! Two queries are compiled for each vector level: the closest hit and occlusion, without filter or
-//! counters. All others share a third kernel, which decides at run time what it keeps and which filter
-//! it calls; so do all queries at the scalar level. Rays for which single precision overflows, and
-//! instances that are entered in double precision, take paths that are compiled once.
+//! counters. All others share a third kernel, which decides at run time what it keeps and which
+//! filter it calls; so do all queries at the scalar level. Rays for which single precision
+//! overflows, and instances that are entered in double precision, take paths that are compiled
+//! once.
 
 use std::ops::ControlFlow;
 
@@ -124,7 +125,8 @@ fn on_rare_path<C: HitCollector, T: Tally, R>(
     result
 }
 
-/// A ray that is ready for boxes, prepared without vector instructions; `None` when nothing can be hit.
+/// A ray that is ready for boxes, prepared without vector instructions; `None` when nothing can be
+/// hit.
 #[cold]
 #[inline(never)]
 fn safe(ray: &Ray, bounds: &Aabb, bound: ErrorBound) -> Option<SafeRay> {
@@ -258,7 +260,8 @@ fn enter_mesh_in_double<const WATERTIGHT: bool>(
     visitor.done
 }
 
-/// Which hits on an instance count. Visitors refer to it, so that it takes no registers from the walk.
+/// Which hits on an instance count. Visitors refer to it, so that it takes no registers from the
+/// walk.
 struct Counted<'a, F> {
     instance: Instance<'a>,
     rules: Rules<F>,

@@ -1,5 +1,5 @@
-//! The way through both levels, for one ray and for a packet alike: the instances in a leaf of the top
-//! level, each of which leads to the tree of its mesh.
+//! The way through both levels, for one ray and for a packet alike: the instances in a leaf of the
+//! top level, each of which leads to the tree of its mesh.
 
 use std::ops::ControlFlow;
 

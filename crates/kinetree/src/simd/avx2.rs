@@ -57,16 +57,16 @@ impl Lanes<Avx2> for [__m256; 2] {
 
     #[inline(always)]
     fn load(_: Avx2, x: &Row) -> Self {
-        // SAFETY: the level proves AVX2; sixteen floats are read from a row of sixteen, which is aligned to
-        // 64 bytes.
+        // SAFETY: the level proves AVX2; sixteen floats are read from a row of sixteen, which is
+        // aligned to 64 bytes.
         unsafe { [_mm256_load_ps(x.0.as_ptr()), _mm256_load_ps(x.0.as_ptr().add(8))] }
     }
 
     #[inline(always)]
     fn store(self, _: Avx2) -> Row {
         let mut out = Row([0.0; 16]);
-        // SAFETY: the level proves AVX2; sixteen floats are written to a row of sixteen, which is aligned
-        // to 64 bytes.
+        // SAFETY: the level proves AVX2; sixteen floats are written to a row of sixteen, which is
+        // aligned to 64 bytes.
         unsafe {
             _mm256_store_ps(out.0.as_mut_ptr(), self[0]);
             _mm256_store_ps(out.0.as_mut_ptr().add(8), self[1]);
@@ -145,7 +145,8 @@ impl Isa for Avx2 {
     #[inline(always)]
     fn zip_u64(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
-        // SAFETY: `self` proves AVX2; eight words are read from an array of eight, and twice four numbers written to one of eight.
+        // SAFETY: `self` proves AVX2; eight words are read from an array of eight, and twice four
+        // numbers written to one of eight.
         unsafe {
             let (upper, lower) = (_mm256_castps_si256(upper), _mm256_loadu_si256(lower.as_ptr().cast()));
             let (even, odd) = (_mm256_unpacklo_epi32(lower, upper), _mm256_unpackhi_epi32(lower, upper));
@@ -157,7 +158,8 @@ impl Isa for Avx2 {
 
     #[inline(always)]
     fn load3(self, x: &[f32; 3]) -> __m128 {
-        // SAFETY: `self` proves AVX2; a lane that is masked out is not read, so only the three of the array are.
+        // SAFETY: `self` proves AVX2; a lane that is masked out is not read, so only the three of
+        // the array are.
         unsafe { _mm_maskload_ps(x.as_ptr(), _mm_setr_epi32(-1, -1, -1, 0)) }
     }
 

@@ -66,7 +66,8 @@ impl Isa for Avx512 {
     #[inline(always)]
     fn zip_u64(self, upper: __m256, lower: &[u32; 8]) -> [u64; 8] {
         let mut out = [0; 8];
-        // SAFETY: `self` proves AVX-512F; eight words are read from an array of eight, and eight numbers written to one of eight.
+        // SAFETY: `self` proves AVX-512F; eight words are read from an array of eight, and eight
+        // numbers written to one of eight.
         unsafe {
             let order = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
             let lower = _mm512_castsi256_si512(_mm256_loadu_si256(lower.as_ptr().cast()));
@@ -78,7 +79,8 @@ impl Isa for Avx512 {
 
     #[inline(always)]
     fn load3(self, x: &[f32; 3]) -> __m128 {
-        // SAFETY: `self` proves AVX-512VL; a lane that is masked out is not read, so only the three of the array are.
+        // SAFETY: `self` proves AVX-512VL; a lane that is masked out is not read, so only the three
+        // of the array are.
         unsafe { _mm_maskz_loadu_ps(0b111, x.as_ptr()) }
     }
 
@@ -96,7 +98,8 @@ impl Isa for Avx512 {
 
     #[inline(always)]
     fn store_masked(self, to: &mut Row, mask: u32, x: __m512) {
-        // SAFETY: `self` proves AVX-512F; only floats of the row are written, which is aligned to 64 bytes.
+        // SAFETY: `self` proves AVX-512F; only floats of the row are written, which is aligned to
+        // 64 bytes.
         unsafe { _mm512_mask_store_ps(to.0.as_mut_ptr(), mask as u16, x) };
     }
 }

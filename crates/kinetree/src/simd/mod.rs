@@ -1,11 +1,12 @@
 //! The vector vocabulary, and proof that the processor has it.
 //!
-//! Kernels are written once, generic over `Isa`. A level such as `Avx2` implements the vocabulary, and only detection can make one, so holding it is
-//! the evidence. A `Kernel` is run by `Level::run`, which compiles it once for each level.
+//! Kernels are written once, generic over `Isa`. A level such as `Avx2` implements the vocabulary,
+//! and only detection can make one, so holding it is the evidence. A `Kernel` is run by
+//! `Level::run`, which compiles it once for each level.
 //!
 //! The environment variable `KINETREE_SIMD` (`scalar`, `avx2`, `avx512`, `neon`) chooses a level
-//! that the processor has; the best one is taken otherwise. A name that is none of them is said
-//! once, on standard error, with those that there are; who would rather fail asks
+//! that the processor has; the best one is taken otherwise. Another name is reported once on
+//! standard error, with the names there are; callers that would rather fail use
 //! [`Level::from_environment`].
 
 #[cfg(target_arch = "x86_64")]
@@ -31,11 +32,12 @@ pub(crate) use avx512::Avx512;
 pub(crate) use neon::Neon;
 pub(crate) use scalar::Scalar;
 
-/// A register, or a few of them, whose lanes are `f32`: the arithmetic that all widths have in common.
+/// A register, or a few of them, whose lanes are `f32`: the arithmetic that all widths have in
+/// common.
 ///
-/// It rounds as IEEE 754 says and gives the same bits on every level, each operation rounded once, but
-/// for `mul_sub` and `mul_add`, which may round once or twice and differ from level to level. The `isa`
-/// that every function takes proves that the processor has its instructions.
+/// It rounds as IEEE 754 says and gives the same bits on every level, each operation rounded once,
+/// but for `mul_sub` and `mul_add`, which may round once or twice and differ from level to level.
+/// The `isa` that every function takes proves that the processor has its instructions.
 pub(crate) trait Lanes<I>: Copy {
     /// The lanes in memory.
     type Array: Copy;
@@ -57,8 +59,8 @@ pub(crate) trait Lanes<I>: Copy {
     fn le(self, isa: I, b: Self) -> u32;
 }
 
-/// The vocabulary that kernels are written in: arithmetic for any number of lanes, and a few operations
-/// on four, eight or sixteen. Masks have a bit per lane.
+/// The vocabulary that kernels are written in: arithmetic for any number of lanes, and a few
+/// operations on four, eight or sixteen. Masks have a bit per lane.
 pub(crate) trait Isa: Copy {
     /// Four lanes.
     type F4: Lanes<Self, Array = [f32; 4]>;
@@ -135,13 +137,13 @@ pub(crate) trait Isa: Copy {
         a.le(self, b)
     }
 
-    /// The larger one by bits as signed integers, in one cycle instead of four: right for floats unless
-    /// both are negative.
+    /// The larger one by bits as signed integers, in one cycle instead of four: right for floats
+    /// unless both are negative.
     fn max_bits(self, a: Self::F8, b: Self::F8) -> Self::F8;
     /// The smaller one by bits as signed integers: right for floats unless both are negative.
     fn min_bits(self, a: Self::F8, b: Self::F8) -> Self::F8;
-    /// The lanes where `a < b` by bits as signed integers. For an `a` that is neither negative nor NaN,
-    /// this is right for floats.
+    /// The lanes where `a < b` by bits as signed integers. For an `a` that is neither negative nor
+    /// NaN, this is right for floats.
     fn lt_bits(self, a: Self::F8, b: Self::F8) -> u32;
     /// Flips the signs of lanes whose words have bit 31 set.
     fn xor_sign(self, x: Self::F8, signs: &[u32; 8]) -> Self::F8;
@@ -154,8 +156,8 @@ pub(crate) trait Isa: Copy {
     /// One lane of four, in eight lanes.
     fn spread8<const LANE: i32>(self, x: Self::F4) -> Self::F8;
 
-    /// As `load`, lane by lane: a vector load of what has just been stored in parts would have to wait
-    /// for the stores.
+    /// As `load`, lane by lane: a vector load of what has just been stored in parts would have to
+    /// wait for the stores.
     #[inline(always)]
     fn load_elementwise(self, x: &[f32; 4]) -> Self::F4 {
         self.load(x)
@@ -466,7 +468,8 @@ mod tests {
         }
     }
 
-    /// All arithmetic on one width, NaN as 1; `mul_sub` and `mul_add` of numbers whose products are exact.
+    /// All arithmetic on one width, NaN as 1; `mul_sub` and `mul_add` of numbers whose products are
+    /// exact.
     #[inline(always)]
     fn arithmetic<I: Isa, V: Lanes<I>>(isa: I, [a, b, exact]: [&V::Array; 3]) -> Vec<u32>
     where

@@ -1,7 +1,7 @@
 //! What AVX2 and AVX-512 have in common.
 
-/// One of eight words, by a jump to the load of it. In assembly, or the compiler would make one load of
-/// all eight.
+/// One of eight words, by a jump to the load of it. In assembly, or the compiler would make one
+/// load of all eight.
 #[inline(always)]
 pub(super) fn predicted(words: &[u32; 8], number: usize) -> u32 {
     macro_rules! arms {
@@ -46,16 +46,16 @@ macro_rules! register {
 
             #[inline(always)]
             fn load(_: $isa, x: &$array) -> Self {
-                // SAFETY: as above; as many floats are read as the array has, which is aligned as the
-                // instruction demands.
+                // SAFETY: as above; as many floats are read as the array has, which is aligned as
+                // the instruction demands.
                 unsafe { $load((&raw const *x).cast()) }
             }
 
             #[inline(always)]
             fn store(self, _: $isa) -> $array {
                 let mut out: $array = bytemuck::Zeroable::zeroed();
-                // SAFETY: as above; as many floats are written as the array has, which is aligned as the
-                // instruction demands.
+                // SAFETY: as above; as many floats are written as the array has, which is aligned
+                // as the instruction demands.
                 unsafe { $store((&raw mut out).cast(), self) };
                 out
             }
@@ -258,7 +258,8 @@ macro_rules! operations_of_avx2 {
         fn prefetch<T>(self, items: &[T], at: usize) {
             let item = items.as_ptr().wrapping_add(at).cast::<i8>();
             for line in 0..size_of::<T>().div_ceil(64) {
-                // SAFETY: prefetching is harmless at any address, and the address is made without any claim that something is there.
+                // SAFETY: prefetching is harmless at any address, and the address is made without
+                // any claim that something is there.
                 unsafe { _mm_prefetch::<_MM_HINT_T0>(item.wrapping_add(64 * line)) }
             }
         }

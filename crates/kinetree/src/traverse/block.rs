@@ -1,12 +1,13 @@
-//! Four triangles against one ray: the test of [`watertight`](crate::geometry::watertight) with a triangle
-//! in each lane.
+//! Four triangles against one ray: the test of [`watertight`](crate::geometry::watertight) with a
+//! triangle in each lane.
 
 use super::RayQuads;
 use crate::geometry::{Edges, LaneHits, OTHERS, REACH, Ray, TriangleHit, WatertightRay, exact};
 use crate::simd::Isa;
 use crate::wide::TriangleBlock;
 
-/// A [`WatertightRay`] in registers, for tests that are watertight or in single precision throughout.
+/// A [`WatertightRay`] in registers, for tests that are watertight or in single precision
+/// throughout.
 #[derive(Clone, Copy)]
 pub(crate) struct WatertightLanes<'a, I: Isa, const WATERTIGHT: bool> {
     ray: &'a Ray,
@@ -26,7 +27,7 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
         Self::of_parts(isa, ray, axes, shear, t_scale)
     }
 
-    /// Of a ray that has been watertight.
+    /// Of the parts of a [`WatertightRay`].
     #[inline(always)]
     pub(super) fn of_parts(isa: I, ray: &'a Ray, axes: [usize; 3], shear: [f32; 3], t_scale: f32) -> Self {
         let origin = &ray.quads()[0];
@@ -41,16 +42,18 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
         }
     }
 
-    /// The same of a ray with no step beyond [`MODERATE`](super::lanes::MODERATE) and none whose reciprocal is: nothing overflows then, or vanishes.
+    /// As [`WatertightLanes::new`], for a ray whose direction and reciprocals are within
+    /// [`SINGLE_PRECISION_RANGE`](super::lanes::SINGLE_PRECISION_RANGE), so that nothing overflows
+    /// or vanishes.
     #[inline(always)]
     pub(crate) fn in_range(isa: I, quads: &RayQuads<I>, ray: &'a Ray) -> Self {
         let largest = isa.largest_of_three(quads.direction);
         let z = (isa.le(largest, isa.abs(quads.direction)) & 7).trailing_zeros() as usize & 3;
         let order = &ORDERS[z][isa.signs(quads.direction) as usize >> z & 1];
-        // The largest step without its digits.
+        // The power of two in the largest component.
         let unit = isa.first(largest).to_bits() & 0x7f80_0000;
         let (origin, direction) = (isa.permute(quads.origin, order), isa.permute(quads.direction, order));
-        // A quotient does not depend on powers of two in both of its parts.
+        // Powers of two in numerator and denominator cancel without rounding.
         let shear = isa.div(isa.with_last(direction, f32::from_bits(unit)), isa.spread4::<2>(direction));
         Self {
             ray,
@@ -101,7 +104,8 @@ impl<'a, I: Isa, const WATERTIGHT: bool> WatertightLanes<'a, I, WATERTIGHT> {
 /// All four lanes.
 const ALL_LANES: u32 = 0b1111;
 
-/// The axes of sheared space by the largest one of the direction, and by whether the direction runs down it; what comes last stays there.
+/// The axes of sheared space by the largest one of the direction, and by whether the direction runs
+/// down it; the last lane stays in its place.
 const ORDERS: [[[u32; 4]; 2]; 4] = {
     let mut orders = [[[0; 4]; 2]; 4];
     let mut at = 0;
@@ -138,7 +142,7 @@ impl BlockHits {
         TriangleHit { t: self.t[lane], u: self.u[lane], v: self.v[lane], back: self.back >> lane & 1 == 1 }
     }
 
-    /// Decides without rounding errors what single precision cannot.
+    /// Decides in exact arithmetic what single precision cannot.
     #[cold]
     fn test_exactly(&mut self, lanes: u32, ray: &Ray, block: &TriangleBlock, t_max: f32) {
         for lane in (0..block.count as usize).filter(|lane| lanes >> lane & 1 == 1) {

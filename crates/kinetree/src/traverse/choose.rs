@@ -1,16 +1,19 @@
-//! Which of the children that a ray enters comes first, and which wait.
+//! Which of the children that a ray enters is visited first, and which go onto the stack.
 
 use crate::memory::Stack;
 use crate::simd::Isa;
 use crate::wide::{LANES, WIDE_STACK, WideLink};
 
-/// What waits: the bits of the distance where it is entered in the upper half, a link in the lower half. Of two the smaller one is nearer.
+/// An entry of the stack: the bits of the entry distance in the upper half, a link in the lower
+/// half. The smaller of two is nearer.
 pub(in crate::traverse) type Entry = u64;
 
-/// Of the lanes that are entered before they are left ([`Isa::lt_bits`]), the nearest; the others wait on the stack, the next one on top.
+/// The nearest of the lanes whose entry comes before their exit ([`Isa::lt_bits`]); the others go
+/// onto the stack, the next one on top.
 ///
-/// Nearly all steps enter at most four children. Those are sorted by a network without branches, each number of them by its own: that is sooner done, and sooner
-/// read again, than with vectors. (Compare Fuetterling et al. 2017, "Accelerated Single Ray Tracing for Wide Vector Items".)
+/// Nearly all steps enter at most four children. They are sorted by branch-free networks, one for
+/// each count, which is faster than sorting in vectors. (Compare Fuetterling et al. 2017,
+/// "Accelerated Single Ray Tracing for Wide Vector Units".)
 #[inline(always)]
 pub(super) fn choose<I: Isa>(
     isa: I,
@@ -53,7 +56,7 @@ pub(super) fn choose<I: Isa>(
     Some(link_of(insert(four, rest, &entries, stack)))
 }
 
-/// The same where any hit will do: the lanes come in the order in which they stand.
+/// As [`choose`], where any hit will do: the lanes are visited in their order.
 #[inline(always)]
 pub(super) fn choose_in_order<I: Isa>(
     isa: I,
@@ -70,7 +73,7 @@ pub(super) fn choose_in_order<I: Isa>(
     while rest != 0 {
         let last = 31 - rest.leading_zeros();
         rest ^= 1 << last;
-        // At no distance, since none is too far.
+        // At distance zero, so that none is skipped as too far.
         stack.push(u64::from(links[last as usize & 7]));
     }
     Some(predicted(isa, links, all))
@@ -110,7 +113,7 @@ fn insert(
     sorted[0]
 }
 
-/// The nearest of what waits, unless it lies too far by now.
+/// Pops the nearest entry that is not too far by now.
 #[inline(always)]
 pub(super) fn next(stack: &mut Stack<'_, Entry, WIDE_STACK>, t_max: f32) -> Option<WideLink> {
     while let Some(entry) = stack.pop() {

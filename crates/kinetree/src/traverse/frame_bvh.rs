@@ -1,4 +1,5 @@
-//! What a frame's rays are traced against: a tree over instances, each of which leads to the tree of a mesh.
+//! What a frame's rays are traced against: a tree over instances, each of which leads to the tree
+//! of a mesh.
 
 use std::fmt;
 use std::num::NonZeroU32;
@@ -26,9 +27,9 @@ pub(crate) struct MeshFrame {
 /// Tells the frames of a process apart. Hits carry it, so that a hit is recognised when it is taken
 /// to another frame than its own.
 ///
-/// The counter has 32 bits and starts again after 2^32 - 2 frames: 828 days at 60 frames a second. A
-/// hit that is kept until exactly its stamp is given out again is not recognised as foreign: it then
-/// resolves to whatever has its numbers in the new frame, or panics if nothing has.
+/// The counter has 32 bits and starts again after 2^32 - 2 frames: 828 days at 60 frames a second.
+/// A hit that is kept until exactly its stamp is given out again is not recognised as foreign: it
+/// then resolves to whatever has its numbers in the new frame, or panics if nothing has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct FrameStamp(NonZeroU32);
@@ -64,7 +65,8 @@ pub(crate) struct FrameBvh {
     pub(crate) instances: Vec<InstanceRecord>,
     /// What the instances lead to.
     pub(crate) meshes: Vec<Arc<MeshFrame>>,
-    /// How rays enter the instances that are entered in double precision, in the order of their numbers.
+    /// How rays enter the instances that are entered in double precision, in the order of their
+    /// numbers.
     pub(crate) doubles: Vec<(u32, DoubleInverse)>,
     /// What walks are compiled for.
     pub(crate) level: Level,

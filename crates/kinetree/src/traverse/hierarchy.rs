@@ -41,8 +41,8 @@ impl Interval {
 }
 
 impl Hierarchy {
-    /// `nodes` in depth-first order, each with the slot of its parent; `instances` in any order, each
-    /// with the slot of its node. All are of one scene.
+    /// `nodes` in depth-first order, each with the slot of its parent; `instances` in any order,
+    /// each with the slot of its node. All are of one scene.
     pub(crate) fn new(nodes: &[(Handle, Option<u32>)], instances: &[(Handle, u32)]) -> Self {
         let slots = |handles: &mut dyn Iterator<Item = &Handle>| handles.map(|handle| handle.slot as usize + 1).max();
         let node_slots = slots(&mut nodes.iter().map(|(handle, _)| handle)).unwrap_or(0);

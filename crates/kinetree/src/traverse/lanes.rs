@@ -1,7 +1,7 @@
-//! A ray made ready for eight boxes at a step.
+//! A ray prepared for tests against eight boxes at a step.
 //!
-//! Most rays are made ready in a few vector operations, by the formulas of [`SafeRay`]; the others, which are parallel to an axis, or huge, or tiny, take the long
-//! way through it.
+//! Most rays are prepared in a few vector operations, by the formulas of [`SafeRay`]; those that
+//! are parallel to an axis, or huge, or tiny, go through [`SafeRay`] itself.
 
 use crate::geometry::slab::{ErrorBound, SafeRay, Slabs};
 use crate::geometry::{AT_LEAST, Aabb, Affine, Ray};
@@ -25,7 +25,8 @@ impl<I: Isa> RayQuads<I> {
         Self { origin: isa.load_elementwise(origin), direction: isa.load_elementwise(direction) }
     }
 
-    /// The ray in another space, by the operations of [`Affine::transform_point`] and [`Affine::transform_vector`].
+    /// The ray in another space, by the operations of [`Affine::transform_point`] and
+    /// [`Affine::transform_vector`].
     #[inline(always)]
     pub(crate) fn moved(isa: I, ray: &Ray, map: &Affine) -> Self {
         let (x, y, z) = (quad(isa, map.x_axis), quad(isa, map.y_axis), quad(isa, map.z_axis));
@@ -52,13 +53,15 @@ fn turned<I: Isa>(isa: I, (x, y, z): (I::F4, I::F4, I::F4), v: [f32; 3]) -> I::F
     isa.add(xy, isa.mul(z, isa.splat(v[2])))
 }
 
-/// Where a ray enters and leaves the eight boxes of a node.
+/// Tests a ray against the eight boxes of a node.
 pub(crate) trait Boxes<I: Isa>: Copy {
-    /// Entered where the first comes before the second, by their bits ([`Isa::lt_bits`]). The first is not negative. `limit` is what comes right after `t_max`.
+    /// The distances of entry and exit. A box is entered where the entry comes before the exit by
+    /// their bits ([`Isa::lt_bits`]). Entries are not negative. `limit` is the float after `t_max`.
     fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8);
 }
 
-/// A ray in registers: one multiplication and addition per plane. See [`SafeRay`] for its error bounds.
+/// A ray in registers: one multiplication and addition per plane. See [`SafeRay`] for its error
+/// bounds.
 #[derive(Clone, Copy)]
 pub(crate) struct RayLanes<I: Isa> {
     near_scale: [I::F8; 3],
@@ -71,7 +74,7 @@ pub(crate) struct RayLanes<I: Isa> {
 }
 
 impl<I: Isa> RayLanes<I> {
-    /// For boxes within the bounds. `None` when the ray has to take the long way.
+    /// For boxes within the bounds. `None` when the ray has to be prepared by [`SafeRay`].
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &RayQuads<I>, bounds: &Aabb, bound: ErrorBound) -> Option<Self> {
         let RayQuads { origin, direction } = *ray;
@@ -84,7 +87,7 @@ impl<I: Isa> RayLanes<I> {
         let [low, high] = bounds.quads();
         let extent = isa.max(isa.abs(isa.load(low)), isa.abs(isa.load(high)));
         let range = isa.splat(SINGLE_PRECISION_RANGE);
-        // What is no number is the second operand of `max`, or the largest, and fails.
+        // NaN is the second operand of `max`, or the largest, and fails the comparison.
         let fits = isa.le(isa.max(size, isa.max(largest, origin_size)), range)
             & isa.le(flatness, isa.splat(bound.parallel()))
             & 7;
@@ -105,7 +108,8 @@ impl<I: Isa> RayLanes<I> {
         let slabs = Slabs::new(isa, (origin, reciprocal), flatness, absolute, bound);
         // A step of this walk adds where a plane's distance is `position * scale - offset`.
         let near_offset = isa.sub(isa.splat(0.0), slabs.near_offset);
-        // A little more, so that a box that the ray only touches, at no distance, is left after it is entered.
+        // A little more, so that a box that the ray only touches, at no distance, is left after it
+        // is entered.
         let far_offset = isa.sub(isa.splat(f32::MIN_POSITIVE), slabs.far_offset);
         Some(Self {
             near_scale: spread(isa, slabs.near_scale),
@@ -117,7 +121,7 @@ impl<I: Isa> RayLanes<I> {
         })
     }
 
-    /// The long way.
+    /// Of a ray that [`SafeRay`] has prepared.
     #[inline(always)]
     pub(crate) fn of(isa: I, ray: &RayQuads<I>, safe: &SafeRay) -> Self {
         let Slabs { near_scale, near_offset, far_scale, far_offset } = safe.slabs;
@@ -158,7 +162,8 @@ fn spread<I: Isa>(isa: I, x: I::F4) -> [I::F8; 3] {
     [isa.spread8::<0>(x), isa.spread8::<1>(x), isa.spread8::<2>(x)]
 }
 
-// Closures and `map` do not always become part of the kernel, and are compiled without its instructions then; so axes are written out here.
+// Closures and `map` are not always inlined into the kernel, and compiled without its instructions
+// then; so axes are written out here.
 #[inline(always)]
 fn splat<I: Isa>(isa: I, x: [f32; 3]) -> [I::F8; 3] {
     [isa.splat(x[0]), isa.splat(x[1]), isa.splat(x[2])]
@@ -167,7 +172,8 @@ fn splat<I: Isa>(isa: I, x: [f32; 3]) -> [I::F8; 3] {
 impl<I: Isa> Boxes<I> for RayLanes<I> {
     #[inline(always)]
     fn enter(&self, isa: I, node: NodeView<'_>, limit: I::F8) -> (I::F8, I::F8) {
-        // None is not a number, since the ray is within `SINGLE_PRECISION_RANGE`; `t_min` is not negative, and an exit that is counts as none. The boxes of lanes that are not in use are
+        // There is no NaN, since the ray is within `SINGLE_PRECISION_RANGE`; `t_min` is not
+        // negative, and an exit that is counts as none. The boxes of lanes that are not in use are
         // inside out, and entered at infinity.
         let entry = isa.max_bits(self.near(isa, node, 0), self.near(isa, node, 1));
         let entry = isa.max_bits(entry, isa.max_bits(self.near(isa, node, 2), self.t_min));
@@ -177,7 +183,7 @@ impl<I: Isa> Boxes<I> for RayLanes<I> {
     }
 }
 
-/// The same in double precision, box by box, for the rare ray whose reciprocals overflow.
+/// The box test in double precision, box by box, for rays whose reciprocals overflow.
 #[derive(Clone, Copy)]
 pub(crate) struct DoublePrecisionRay<'a>(pub(crate) &'a SafeRay);
 

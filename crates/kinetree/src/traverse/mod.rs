@@ -1,4 +1,4 @@
-//! Walking trees: one walk, many questions.
+//! Traversal: one walk per kind of ray, compiled for many queries.
 
 mod block;
 mod choose;

@@ -10,7 +10,7 @@ use crate::memory::StackBuffer;
 use crate::simd::Isa;
 use crate::wide::{WideBvh, WideLink};
 
-/// A question that a walk is compiled for.
+/// A query that a walk is compiled for.
 pub(crate) trait WideVisitor<I: Isa, T: Tally> {
     /// Whether any hit will do: children are then visited in the order of their lanes.
     fn wants_any(&self) -> bool;

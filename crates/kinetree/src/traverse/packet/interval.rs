@@ -1,4 +1,5 @@
-//! All rays of an octant in one: intervals that hold their origins and reciprocals, tested against eight boxes at once.
+//! One conservative test for all rays of an octant: intervals that contain their origins and
+//! reciprocals, against eight boxes at once.
 
 use super::planes::PacketPlanes;
 use super::rays::{RayPacket, lanes_of, larger, largest_of_each};
@@ -6,9 +7,11 @@ use crate::geometry::UNIT_ROUNDOFF;
 use crate::simd::Isa;
 use crate::wide::WideNode;
 
-/// Some rays of a packet that share an octant, and the least and most of their numbers. A box that one of them enters is never ruled out.
+/// Some rays of a packet that share an octant, with the minima and maxima of their coordinates. A
+/// box that one of them enters is never ruled out.
 ///
-/// Along each axis, signs are taken such that the rays run upwards: a plane at `position` stands at `position * sign`.
+/// Along each axis, signs are taken such that the rays run upwards: a plane at `position` stands at
+/// `position * sign`.
 #[derive(Clone, Copy)]
 pub(crate) struct Interval<I: Isa> {
     /// Which side of a node's planes is met first.
@@ -17,7 +20,8 @@ pub(crate) struct Interval<I: Isa> {
     axes: [Range<I>; 3],
 }
 
-/// What the distance of a plane is computed from along an axis: `(position - origin) * scale`, give or take `error`.
+/// What the distance of a plane is computed from along an axis: `(position - origin) * scale`,
+/// within `error`.
 #[derive(Clone, Copy)]
 struct Range<I: Isa> {
     sign: I::F8,
@@ -27,14 +31,15 @@ struct Range<I: Isa> {
     least: I::F8,
     most: I::F8,
     error: I::F8,
-    /// The same below zero.
+    /// The same, negative.
     minus: I::F8,
 }
 
 /// Roundings by which the ranges are widened; a test rounds three times.
 const WIDENED: f32 = 4.0 * UNIT_ROUNDOFF;
 
-/// By how many roundings of the scaled origin distances are widened and err: four by which offsets are widened, two in making those, and twice what a test rounds.
+/// By how many roundings of the scaled origin distances are widened and err: four by which offsets
+/// are widened, two in making those, and twice what a test rounds.
 const ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
 
 impl<I: Isa> Interval<I> {
@@ -59,11 +64,12 @@ impl<I: Isa> Interval<I> {
         let mut axes = [nothing; 3];
         for axis in 0..3 {
             let [last, minus_first, most, minus_least] = ends[axis];
-            // Infinite ones would make no number of nothing.
+            // Infinity times zero would be NaN.
             let most = (most * (1.0 + WIDENED)).min(f32::MAX);
             let error =
                 (last.max(minus_first) * ERROR + planes.bound.origin_error(farthest)) * most + planes.parallel[axis];
-            // A little more, so that a box that rays only touch, at no distance, is left after it is entered.
+            // A little more, so that a box that rays only touch, at no distance, is left after it
+            // is entered.
             let error = (error * (1.0 + WIDENED) + f32::MIN_POSITIVE).min(f32::MAX);
             axes[axis] = Range {
                 sign: isa.splat(if sides[axis] == 1 { -1.0 } else { 1.0 }),
@@ -78,11 +84,12 @@ impl<I: Isa> Interval<I> {
         Self { sides, set, axes }
     }
 
-    /// Where the eight boxes may be entered at the earliest, and left at the latest or reached by `t_max`: entered are those where the first comes before the
-    /// second, by their bits ([`Isa::lt_bits`]). `t_max` is not negative.
+    /// Where the eight boxes may be entered at the earliest, and left at the latest or reached by
+    /// `t_max`: entered are those where the first comes before the second, by their bits
+    /// ([`Isa::lt_bits`]). `t_max` is not negative.
     #[inline(always)]
     pub(crate) fn enter(&self, isa: I, node: &WideNode, t_max: f32) -> (I::F8, I::F8) {
-        // What comes right after it.
+        // The float after it.
         let (mut entry, mut exit) = (isa.splat(0.0), isa.splat(f32::from_bits(t_max.to_bits() + 1)));
         for axis in 0..3 {
             let side = self.sides[axis] & 1;
@@ -91,7 +98,8 @@ impl<I: Isa> Interval<I> {
             let to = isa.mul_sub(isa.load(&node.planes[axis][side ^ 1]), sign, first);
             let from = isa.min(isa.mul_sub(from, least, error), isa.mul_sub(from, most, error));
             let to = isa.max(isa.mul_sub(to, least, minus), isa.mul_sub(to, most, minus));
-            // None is not a number, and entries are not negative. The boxes of lanes that are not in use are inside out, and entered at infinity.
+            // There is no NaN, and entries are not negative. The boxes of lanes that are not in use
+            // are inside out, and entered at infinity.
             entry = isa.max_bits(from, entry);
             exit = isa.min_bits(to, exit);
         }
@@ -99,7 +107,7 @@ impl<I: Isa> Interval<I> {
     }
 }
 
-/// Of the origins along an axis and of the scales, each the largest and the largest below zero.
+/// The maxima of the origins along an axis and of the scales, and of their negatives.
 #[inline(always)]
 fn ends<I: Isa>(isa: I, rays: &RayPacket, planes: &PacketPlanes, (axis, side): (usize, usize), set: u64) -> [f32; 4] {
     let sign = isa.splat(if side == 1 { -1.0 } else { 1.0 });

@@ -1,4 +1,5 @@
-//! Box tests of sixteen rays at a step: [`SafeRay`](crate::geometry::SafeRay) for a packet, by the same operations.
+//! Box tests of sixteen rays at a step: [`SafeRay`](crate::geometry::SafeRay) for a packet, by the
+//! same operations.
 
 use super::super::lanes::SINGLE_PRECISION_RANGE;
 use super::rays::{Column, PACKET, RayPacket, lanes_of, size};
@@ -7,7 +8,8 @@ use crate::geometry::{AT_LEAST, AT_MOST, Aabb, SafeRay};
 use crate::simd::Isa;
 use crate::wide::WideNode;
 
-/// The rays of a packet, ready for tests against boxes within known bounds: `position * scale - offset` is the distance of a plane.
+/// The rays of a packet, ready for tests against boxes within known bounds: `position * scale -
+/// offset` is the distance of a plane.
 pub(crate) struct PacketPlanes {
     pub(crate) near_scale: [Column; 3],
     pub(crate) near_offset: [Column; 3],
@@ -15,9 +17,11 @@ pub(crate) struct PacketPlanes {
     pub(crate) far_offset: [Column; 3],
     /// Rays for which single precision overflows.
     pub(crate) in_double: u64,
-    /// By how much offsets are widened in proportion to the largest coordinate of a ray's origin, among others.
+    /// By how much offsets are widened in proportion to the largest coordinate of a ray's origin,
+    /// among others.
     pub(super) bound: ErrorBound,
-    /// By how much more they are widened along each axis, at most, where rays run parallel to its planes.
+    /// By how much more they are widened along each axis, at most, where rays run parallel to its
+    /// planes.
     pub(super) parallel: [f32; 3],
 }
 
@@ -41,8 +45,8 @@ impl PacketPlanes {
         all
     }
 
-    /// Prepares rays by vector instructions. Returns those for which that is right: they are neither parallel
-    /// to an axis, nor is anything about them huge or tiny.
+    /// Prepares rays by vector instructions. Returns those for which that is right: they are
+    /// neither parallel to an axis, nor is anything about them huge or tiny.
     #[inline(always)]
     fn set_quickly<I: Isa>(&mut self, isa: I, rays: &RayPacket, bounds: &Aabb, bound: ErrorBound) -> u64 {
         let range = isa.splat(SINGLE_PRECISION_RANGE);
@@ -102,7 +106,8 @@ impl PacketPlanes {
         }
     }
 
-    /// Which rays of the set, all of one octant, enter the box of a lane between their bounds. `sides` are the planes that they meet first.
+    /// Which rays of the set, all of one octant, enter the box of a lane between their bounds.
+    /// `sides` are the planes that they meet first.
     #[inline(always)]
     pub(crate) fn enter<I: Isa>(
         &self,

@@ -41,7 +41,7 @@ impl Column {
         set
     }
 
-    /// The largest number of those in the set; before everything when there are none.
+    /// The largest number of those in the set; minus infinity when there are none.
     #[inline(always)]
     pub(crate) fn largest<I: Isa>(&self, isa: I, set: u64) -> f32 {
         let mut most = isa.splat(f32::NEG_INFINITY);
@@ -86,7 +86,7 @@ pub(super) fn largest_of_each<I: Isa>(isa: I, rows: [I::F16; 4]) -> I::F4 {
     isa.max(isa.max(a, b), isa.max(c, d))
 }
 
-/// The size of each.
+/// The magnitude of each.
 #[inline(always)]
 pub(super) fn size<I: Isa>(isa: I, x: I::F16) -> I::F16 {
     isa.max(x, isa.sub(isa.splat(0.0), x))
@@ -126,7 +126,8 @@ pub(crate) struct RayPacket {
 const NOTHING: Ray = Ray::new([0.0; 3], [0.0; 3]);
 
 impl RayPacket {
-    /// The rays that can hit anything, and their far ends. Those of the others are before everything.
+    /// The rays that can hit anything, and their far ends; those of the other rays are minus
+    /// infinity.
     ///
     /// # Panics
     /// When there are more than [`PACKET`].
@@ -166,7 +167,8 @@ impl RayPacket {
         let mut set = packet.finish(isa);
         let zero: I::F16 = isa.splat(0.0);
         for row in 0..ROWS {
-            // Adding zero turns negative zeros into positive ones, whose bits order like their value.
+            // Adding zero turns negative zeros into positive ones, whose bits order like their
+            // value.
             let t_min = isa.add(isa.max(zero, isa.load(&packet.t_min.0[row])), zero);
             let t_max = isa.add(isa.load(&far.0[row]), zero);
             let forward = isa.le(t_min, t_max);
@@ -188,7 +190,8 @@ impl RayPacket {
         Ray::new(origin, direction).with_range(self.t_min.get(at), f32::INFINITY)
     }
 
-    /// The rays in another space, by the operations of [`Affine::transform_point`] and [`Affine::transform_vector`], and which of them can hit anything there.
+    /// The rays in another space, by the operations of [`Affine::transform_point`] and
+    /// [`Affine::transform_vector`], and which of them can hit anything there.
     #[inline(always)]
     pub(crate) fn moved<I: Isa>(&self, isa: I, map: &Affine) -> (Self, u64) {
         let mut packet = self.clone();
@@ -203,7 +206,8 @@ impl RayPacket {
         (packet, set)
     }
 
-    /// Fills in what follows from origins and directions, and tells which rays have finite ones and go anywhere.
+    /// Fills in what follows from origins and directions. Returns the rays for which both are
+    /// finite and the direction is not zero.
     #[inline(always)]
     fn finish<I: Isa>(&mut self, isa: I) -> u64 {
         let (zero, one) = (isa.splat(0.0), isa.splat(1.0));
@@ -213,7 +217,7 @@ impl RayPacket {
             let (mut nothing, mut largest) = (zero, zero);
             for axis in 0..3 {
                 let (origin, direction) = (isa.load(&self.origin[axis].0[row]), isa.load(&self.direction[axis].0[row]));
-                // Zero times what is finite, and no number otherwise.
+                // Zero for what is finite, and NaN otherwise.
                 nothing = isa.add(nothing, isa.add(isa.mul(origin, zero), isa.mul(direction, zero)));
                 largest = isa.max(size(isa, direction), largest);
                 // Of a negative zero it is negative, too.

@@ -24,7 +24,8 @@ impl Random {
     }
 }
 
-/// Tiles of a camera, bundles of parallel rays, and rays that have nothing in common, some along axes, some tiny.
+/// Tiles of a camera, bundles of parallel rays, and rays that have nothing in common, some along
+/// axes, some tiny.
 fn rays(seed: u64) -> Vec<Ray> {
     let mut random = Random(seed);
     let (eye, ahead) = (random.point(4.0), random.point(1.0));
@@ -79,7 +80,8 @@ impl Kernel for Compare {
             assert!(same(there.origin, origin) && same(there.direction, direction), "seed {seed}, {ray:?}");
         }
 
-        // A box that a ray enters by itself is entered in the packet, and the interval does not rule it out.
+        // A box that a ray enters by itself is entered in the packet, and the interval does not
+        // rule it out.
         let mut entered = 0;
         let planes = PacketPlanes::new(isa, &packet, set, &scene, ErrorBound::TRIANGLES);
         for (at, ray) in valid.iter().enumerate().filter_map(|(at, ray)| Some((at, (*ray)?))) {

@@ -11,15 +11,17 @@ use crate::simd::Isa;
 use crate::tree::MAX_DEPTH;
 use crate::wide::{LANES, WIDE_STACK, WideBvh, WideLink};
 
-/// A question that a walk is compiled for.
+/// A query that a walk is compiled for.
 pub(crate) trait PacketVisitor<I: Isa> {
     /// Whether any hit will do: children are then visited in the order of their lanes.
     fn wants_any(&self) -> bool;
 
-    /// For each ray: boxes that are entered beyond this do not matter (any more). A ray that wants nothing has it before everything.
+    /// For each ray: boxes that are entered beyond this do not matter (any more). That of a ray
+    /// that needs no more hits is minus infinity.
     fn t_max(&self) -> &Column;
 
-    /// The items of a leaf that these rays enter. Tells whether any ray's `t_max` may have come nearer.
+    /// The items of a leaf that these rays enter. Tells whether any ray's `t_max` may have come
+    /// nearer.
     fn leaf(&mut self, isa: I, link: WideLink, set: u64) -> bool;
 }
 
@@ -37,7 +39,8 @@ const LANES_OF: [[u32; LANES]; PATH] = {
     all
 };
 
-/// Visits the leaves whose boxes are entered, each with the rays that do. The root's own box is not tested: its lanes are.
+/// Visits the leaves whose boxes are entered, each with the rays that do. The root's own box is not
+/// tested: its lanes are.
 #[inline(always)]
 pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     isa: I,
@@ -52,8 +55,9 @@ pub(crate) fn walk_packet<I: Isa, V: PacketVisitor<I>>(
     if nodes.is_empty() || farthest < 0.0 {
         return;
     }
-    // What is set aside: lanes of nodes on the path, with the distance where they may be entered first. Their boxes are tested ray by ray when they are taken up,
-    // with the hits that are known by then. Promise 6 bounds the path.
+    // The stack holds lanes of nodes on the path, with the distance where they may be entered
+    // first. Their boxes are tested ray by ray when they are popped, with the hits that are known
+    // by then. Promise 6 bounds the path.
     let mut room = StackBuffer::<Entry, WIDE_STACK>::new();
     let mut stack = room.stack();
     let mut path = [(0, 0); PATH];

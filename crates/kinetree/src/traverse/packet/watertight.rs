@@ -1,5 +1,5 @@
-//! One triangle against sixteen rays: the test of [`watertight`](crate::geometry::watertight) with a ray
-//! in each lane.
+//! One triangle against sixteen rays: the test of [`watertight`](crate::geometry::watertight) with
+//! a ray in each lane.
 
 use super::super::WatertightLanes;
 use super::rays::{Column, RayPacket};
@@ -53,7 +53,8 @@ impl WatertightPacket {
         all
     }
 
-    /// One ray for tests of four triangles; `alone` is the same ray, and its sheared space has these axes.
+    /// One ray for tests of four triangles; `alone` is the same ray, and its sheared space has
+    /// these axes.
     #[inline(always)]
     pub(crate) fn alone<'a, I: Isa, const WATERTIGHT: bool>(
         &self,
@@ -79,8 +80,9 @@ impl WatertightPacket {
         if downwards { [y, x, along] } else { [x, y, along] }
     }
 
-    /// The hits of a row's `lanes`, whose sheared space has these axes, on a triangle, between the bounds,
-    /// inclusive. The coordinates of corners stand in the order of the axes. `None` if no lane may be a hit.
+    /// The hits of a row's `lanes`, whose sheared space has these axes, on a triangle, between the
+    /// bounds, inclusive. The coordinates of corners stand in the order of the axes. `None` if no
+    /// lane may be a hit.
     #[inline(always)]
     pub(crate) fn hits<I: Isa, const WATERTIGHT: bool>(
         &self,
