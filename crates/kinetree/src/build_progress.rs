@@ -59,8 +59,9 @@ impl BuildProgress {
         self.0.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// Begins the next stage, of `steps` steps, which is expected to take `fraction` of the time that is left. The caller must be the only thread at work. Does nothing once the
-    /// build is cancelled.
+    /// Begins the next stage, of `steps` steps, which is expected to take `fraction` of the time
+    /// that is left. The caller must be the only thread at work. Does nothing once the build is
+    /// cancelled.
     pub(crate) fn begin_stage(&self, fraction: f32, steps: usize) {
         if self.is_cancelled() {
             return;

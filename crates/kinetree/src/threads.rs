@@ -125,7 +125,8 @@ impl Threads {
         self.progress.as_ref().is_some_and(BuildProgress::is_cancelled)
     }
 
-    /// Begins the next stage of a build, of `steps` steps, which is expected to take `fraction` of the time that is left.
+    /// Begins the next stage of a build, of `steps` steps, which is expected to take `fraction` of
+    /// the time that is left.
     pub(crate) fn begin_stage(&self, fraction: f32, steps: usize) {
         if let Some(progress) = &self.progress {
             progress.begin_stage(fraction, steps);

@@ -1,4 +1,5 @@
-//! Batches answer like single calls, to the bit, whatever is claimed about their rays and whatever the processor can do.
+//! Batches answer like single calls, to the bit, whatever is claimed about their rays and whatever
+//! the processor can do.
 
 mod common;
 

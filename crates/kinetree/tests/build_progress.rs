@@ -1,4 +1,4 @@
-//! Whoever watches a build sees it come nearer, gets the same tree, and may call it off.
+//! The progress of a build rises, the tree does not depend on it, and it can be cancelled.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Every quality of tree, on every awkward and random world, against looking at every triangle and against each other.
+//! Every quality of tree, on every awkward and random world, against brute force and
+//! against each other.
 
 mod common;
 
@@ -139,7 +140,8 @@ fn reinsertion_lowers_the_cost() {
     }
 }
 
-/// A closed, very long and thin prism of slivers that lies askew, so that spatial splits cut it many times.
+/// A closed, very long and thin prism of slivers that lies askew, so that spatial splits cut it
+/// many times.
 fn skewed_tube(turn: f32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let place = Affine::from_axis_angle([1.0, 2.0, 3.0], turn) * Affine::from_scale([0.05, 40.0, 0.05]);
     let (around, along) = (24_u32, 3_u32);

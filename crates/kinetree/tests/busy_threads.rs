@@ -117,7 +117,7 @@ struct OwnThreads(rayon::ThreadPool);
 impl Executor for OwnThreads {
     fn join(&self, one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
         if self.0.current_thread_index().is_some() {
-            // From a thread of the pool, what nobody has begun is taken back.
+            // From a thread of the pool, work that has not begun is taken back.
             rayon::join(one, other);
         } else {
             one();

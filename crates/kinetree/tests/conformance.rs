@@ -1,4 +1,4 @@
-//! Every question, on every awkward and random world, against looking at every triangle.
+//! Every question, on every awkward and random world, against brute force.
 
 mod common;
 

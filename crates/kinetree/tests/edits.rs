@@ -291,7 +291,8 @@ fn morph_targets_and_skins_bend_positions_and_normals() {
 #[test]
 fn clones_that_bend_share_their_first_build() {
     let ball = sphere(30, 40);
-    // Enough that a tree of its own would be another one, and so little that it would not be a better one.
+    // Enough that a tree of its own would be another one, and so little that it would not be a
+    // better one.
     let bend: Vec<_> = ball.positions().iter().map(|p| [p[1] * p[1] * 0.01, 0.01 * p[0], 0.0]).collect();
     let bent: Vec<_> =
         ball.positions().iter().zip(&bend).map(|(p, by)| [0, 1, 2].map(|axis| p[axis] + 2.0 * by[axis])).collect();

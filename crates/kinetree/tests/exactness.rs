@@ -162,8 +162,9 @@ fn closed_tubes_and_boxes_are_closed() {
     println!("{tested} rays");
 }
 
-/// A ray that passes the first triangle by 23 micrometres, across an edge of 10 km, meets the second
-/// one behind it. Weights that are cut to zero before the distance is interpolated put the hit at 1.98.
+/// A ray that passes the first triangle by 23 micrometres, across an edge of 10 km, meets the
+/// second one behind it. Weights that are cut to zero before the distance is interpolated put the
+/// hit at 1.98.
 #[test]
 fn the_distance_to_a_long_sliver_is_the_one_to_its_plane() {
     let positions = vec![[-1.0, -1.0, 0.0], [-1.0, 1.0, 1e4], [-1.0, 1.0, 0.0], [-1.0, -1.0, 1e4]];
@@ -217,8 +218,8 @@ fn the_smallest_slope_counts() {
     shape.judge("denormal slopes", &rays);
 }
 
-/// Spheres squashed to plates and drawn out to needles, turned and moved before they are rounded: most
-/// triangles are slivers, or seen from their edge.
+/// Spheres squashed to plates and drawn out to needles, turned and moved before they are rounded:
+/// most triangles are slivers, or seen from their edge.
 #[test]
 fn plates_and_needles_are_hit_where_they_are() {
     for seed in 0..24 {

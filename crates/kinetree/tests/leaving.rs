@@ -1,4 +1,5 @@
-//! Rays that leave surfaces: they do not meet the triangle they left, see what lies close to it, and stay in closed rooms.
+//! Rays that leave surfaces: they do not meet the triangle they left, see what lies close to it,
+//! and stay in closed rooms.
 
 mod common;
 
@@ -41,7 +42,8 @@ fn scene(positions: &[[f32; 3]], triangles: &[[u32; 3]], placement: Affine, prec
     scene.commit()
 }
 
-/// A triangle of a size, somewhere within a distance of the origin, that may be as thin as a part of its length.
+/// A triangle of a size, somewhere within a distance of the origin, that may be as thin as a part
+/// of its length.
 fn triangle(random: &mut Random, size: f32, distance: f32, thinnest: f32) -> [[f32; 3]; 3] {
     let center = random.point(distance);
     let along = random.direction();

@@ -1,4 +1,5 @@
-//! Every builder with every layout, level, question and kind of batch, on every awkward and random world, against looking at every triangle.
+//! Every builder with every layout, level, question and kind of batch, on every awkward and random
+//! world, against brute force.
 
 mod common;
 
@@ -136,7 +137,8 @@ fn masks_culling_and_filters_hold_for_every_quality_and_level() {
     assert!(counts.iter().all(|&count| count > 1000), "{counts:?} are too few to say anything");
 }
 
-/// Every hit on the way through a binary tree. Boxes are entered generously, so that the tree and its walk are on trial and not this.
+/// Every hit on the way through a binary tree. Boxes are entered generously, so that the tree and
+/// its walk are on trial and not this.
 struct Hits<'a> {
     ray: Ray,
     sheared: WatertightRay,

@@ -1,4 +1,5 @@
-//! Meshes whose triangles are tested in single precision throughout: right wherever rays do not meet edges within rounding.
+//! Meshes whose triangles are tested in single precision throughout: right wherever rays do not
+//! meet edges within rounding.
 
 mod common;
 

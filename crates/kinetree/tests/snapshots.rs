@@ -192,7 +192,7 @@ fn a_held_snapshot_makes_the_commit_allocate_and_the_report_says_so() {
         stage.scene.pose(stage.flag, &Pose { weights: &[frame as f32], joints: &[] }).unwrap();
         stage.scene.commit().report().allocated
     });
-    assert_eq!(after.collect::<Vec<_>>(), [0; 3], "what nobody holds any more is used again");
+    assert_eq!(after.collect::<Vec<_>>(), [0; 3], "buffers that no snapshot holds are used again");
 }
 
 #[test]

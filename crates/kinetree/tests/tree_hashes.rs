@@ -1,7 +1,9 @@
-//! Trees are the same on every machine, at every processor level and for any number of threads. Their hashes are stored here.
+//! Trees are the same on every machine, at every processor level and for any number of threads.
+//! Their hashes are stored here.
 //!
-//! The input is made of whole numbers: no sine, cosine or logarithm of a platform's library has a say in it.
-//! After an intended change of a builder or of padding, take the hashes from the failure's message.
+//! The input is made of whole numbers: no sine, cosine or logarithm of a platform's library has a
+//! say in it. After an intended change of a builder or of padding, take the hashes from the
+//! failure's message.
 
 use std::process::Command;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! Trees that were written come back as they were; whatever else is read is refused, or is a tree all the same.
+//! Trees that were written come back as they were; whatever else is read is refused, or is a tree
+//! all the same.
 
 mod common;
 

@@ -42,11 +42,11 @@ fn progress_counts_every_tile_and_may_stop() {
     let settings = Settings { width: 70, height: 33, ..settings(IntegratorKind::Normals, 0, 1) };
     let seen = Mutex::new(Vec::new());
     let note = |progress: Progress| {
-        seen.lock().expect("nobody panicked").push(progress);
+        seen.lock().expect("no thread panicked").push(progress);
         ControlFlow::Continue(())
     };
     render(&frame(), &camera(), &settings, &note).expect("a picture");
-    let mut seen = seen.into_inner().expect("nobody panicked");
+    let mut seen = seen.into_inner().expect("no thread panicked");
     seen.sort_unstable_by_key(|progress| progress.done);
     let expected: Vec<_> = (1..=15).map(|done| Progress { done, total: 15 }).collect();
     assert_eq!(seen, expected);

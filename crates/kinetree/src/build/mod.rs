@@ -1,8 +1,8 @@
 //! Building binary trees.
 //!
 //! [`build_clustered()`] is for trees that are built while the game runs, [`build_spatial()`] for
-//! trees that are built once. The top level takes [`agglomerate()`], over the boxes of instances, or
-//! [`build_binned()`] where there are many.
+//! trees that are built once. The top level takes [`agglomerate()`], over the boxes of instances,
+//! or [`build_binned()`] where there are many.
 
 mod agglomerate;
 mod binned;

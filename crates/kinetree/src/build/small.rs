@@ -93,7 +93,8 @@ struct Leaf {
 impl Leaf {
     fn new(node: usize, bounds: &FastBox, range: Range<usize>, list: usize) -> Self {
         let count = range.len();
-        // `max` turns NaN, the area of some infinite boxes, to 0: every leaf has a place in the order.
+        // `max` turns NaN, the area of some infinite boxes, to 0: every leaf has a place in the
+        // order.
         let cost = (bounds.half_area() * BLOCKS[count % BLOCKS.len()]).max(0.0);
         Self { node, first: range.start, count, list, cost }
     }
@@ -171,8 +172,8 @@ impl SortedLists {
         let mut right_costs = [0.0; MAX_SMALL];
         for axis in 0..3 {
             let sorted = &self.sorted[axis][leaf.first..leaf.first + count];
-            // The costs of either side never fall as it grows, so a pass ends at the first cut where
-            // one side alone costs too much.
+            // The costs of either side never fall as it grows, so a pass ends at the first cut
+            // where one side alone costs too much.
             let mut first_left = 1;
             let mut side = FastBox::EMPTY;
             for left in (1..count).rev() {
@@ -256,8 +257,8 @@ mod tests {
         Triangles::new(positions, indices).expect("all indices are in range")
     }
 
-    /// The first triangles of a grid of quads, `width` of them in a row, bent by `place`, which gets
-    /// the grid's coordinates.
+    /// The first triangles of a grid of quads, `width` of them in a row, bent by `place`, which
+    /// gets the grid's coordinates.
     fn grid(count: usize, width: u32, place: impl FnMut([f32; 2]) -> [f32; 3]) -> Triangles {
         let rows = count.div_ceil(2 * width as usize) as u32;
         let corners = (0..=rows).flat_map(|y| (0..=width).map(move |x| [x as f32, y as f32]));

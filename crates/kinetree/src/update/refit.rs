@@ -1,8 +1,8 @@
-//! Refitting a binary tree: new boxes for the same tree, whose primitives have moved. The slow twin of
-//! the refit of eight-way trees (`wide/refit`).
+//! Refitting a binary tree: new boxes for the same tree, whose primitives have moved. The slow twin
+//! of the refit of eight-way trees (`wide/refit`).
 //!
-//! Leaf boxes are computed from their primitives, then the boxes of parents in one pass from the last
-//! node to the first, because children come after their parents (promise 5).
+//! Leaf boxes are computed from their primitives, then the boxes of parents in one pass from the
+//! last node to the first, because children come after their parents (promise 5).
 
 use crate::geometry::Aabb;
 use crate::tree::{Bvh, Target};

@@ -229,7 +229,7 @@ impl LaneSelection<'_> {
     }
 
     fn of_node(&self, node: u32) -> Subtree {
-        self.costs.of_node(node).expect("all pairs are known unless somebody cancels")
+        self.costs.of_node(node).expect("all pairs are known unless the build is cancelled")
     }
 
     fn divide_slots(&mut self, first: u32, slots: usize) {

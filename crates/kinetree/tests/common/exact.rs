@@ -54,8 +54,8 @@ fn dot(a: &Vector, b: &Vector) -> BigInt {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// Where the half-line from the ray's origin meets the closed triangle, if it does and does not run in
-/// its plane.
+/// Where the half-line from the ray's origin meets the closed triangle, if it does and does not run
+/// in its plane.
 pub fn crossing(ray: &Ray, triangle: [[f32; 3]; 3]) -> Option<Crossing> {
     let (origin, direction) = (vector(ray.origin), vector(ray.direction));
     let [a, b, c] = triangle.map(|corner| minus(&vector(corner), &origin));

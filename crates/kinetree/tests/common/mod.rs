@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use kinetree::build::Quality;
 use kinetree::{Affine, Executor, Mesh, Motion, Ray, Scene, Snapshot};
 
-/// Small, fast, and the same everywhere: Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators".
+/// Small, fast, and the same everywhere: Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom
+/// Number Generators".
 pub struct Random(u64);
 
 impl Random {
@@ -199,7 +200,8 @@ impl Executor for Backwards {
 
 pub const QUALITIES: [Quality; 4] = [Quality::Fastest, Quality::Fast, Quality::Balanced, Quality::Best];
 
-/// The same world, with trees of another quality. Instances have masks with one of the bits 0 to 2, and every other one is opaque.
+/// The same world, with trees of another quality. Instances have masks with one of the bits 0 to 2,
+/// and every other one is opaque.
 pub fn rebuilt(world: &World, quality: Quality) -> World {
     let mut scene = Scene::new();
     let mut meshes = HashMap::new();
@@ -215,7 +217,8 @@ pub fn rebuilt(world: &World, quality: Quality) -> World {
     World { name: format!("{}, {quality:?}", world.name), view: scene.commit(), size: world.size }
 }
 
-/// Rays of many kinds: random, axis-parallel, grazing, at vertices, edges and centres, from vertices, in faces.
+/// Rays of many kinds: random, axis-parallel, grazing, at vertices, edges and centres, from
+/// vertices, in faces.
 pub fn rays(world: &World, count: usize, random: &mut Random) -> Vec<Ray> {
     let corners: Vec<[f32; 3]> = world
         .view

@@ -1,8 +1,8 @@
 //! The dense interval of weighted values on an axis.
 //!
 //! The shortest interval that holds most of the weight finds the dense part whatever lies around it
-//! (Rousseeuw and Leroy 1987, "Robust Regression and Outlier Detection", the shortest half). It then
-//! grows while the density of what it grows into is comparable.
+//! (Rousseeuw and Leroy 1987, "Robust Regression and Outlier Detection", the shortest half). It
+//! then grows while the density of what it grows into is comparable.
 
 /// The smallest part of the weight that the dense interval holds.
 const CORE: f64 = 0.6;
