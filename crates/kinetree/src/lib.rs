@@ -62,7 +62,6 @@
 //! | [`wide`] | eight-way trees, which rays walk: nodes, links, blocks of triangles, bytes |
 //! | [`build`] | the builders, and options, progress and cancelling of a build |
 //! | [`update`] | motions, refitting, drift, and the decision to keep, refit or rebuild |
-//! | [`traverse`] | the walks of single rays and packets, and counters of their work |
 //! | [`query`] | closest hit, occlusion, all hits; masks, culling, filters, exclusions, batches |
 //! | [`scene`] | meshes, poses, nodes, instances, commits, snapshots, reports |
 //! | [`tree_file`] | a file of many baked trees |
