@@ -112,8 +112,8 @@ impl Batch<'_> {
         for (packet, (rays, answers)) in self.rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)).enumerate() {
             let first = packet * PACKET;
             // A level without vectors traces every ray alone.
-            let left = world.level.run_vector(TracePacket { world, rays, rules, first, hits: &mut hits });
-            let left = left.unwrap_or(u64::MAX);
+            let kernel = TracePacket { world, rays, rules, first, hits: &mut hits };
+            let left = world.level.run_vector(kernel, || u64::MAX);
             for (at, (ray, answer)) in rays.iter().zip(answers).enumerate() {
                 *answer = if left >> at & 1 == 1 { alone(first + at, ray) } else { of_packet(&hits, at) };
             }

@@ -10,8 +10,8 @@ pub(crate) trait HitCollector: Sized {
     /// What a query has to say about the hits that it wants; `()` where the type says it all.
     type Wanted: Copy;
 
-    /// The result, without the stamp of the frame.
-    type Answer;
+    /// The result. The default is that of a ray that cannot hit anything.
+    type Answer: Default;
 
     /// No hit yet, of a ray that ends at `t_max`.
     fn new(wanted: Self::Wanted, t_max: f32) -> Self;
@@ -25,7 +25,8 @@ pub(crate) trait HitCollector: Sized {
     /// Receives a hit that counts. `Break` when no other is needed.
     fn collect(&mut self, hit: Hit) -> ControlFlow<()>;
 
-    fn answer(self) -> Self::Answer;
+    /// The result, of the frame with this stamp.
+    fn answer(self, stamp: FrameStamp) -> Self::Answer;
 
     /// The same state in the form that the rare paths are compiled for.
     fn to_dynamic(&self) -> DynamicCollector;
@@ -88,7 +89,7 @@ impl DynamicCollector {
 
 impl HitCollector for DynamicCollector {
     type Wanted = Wanted;
-    type Answer = Self;
+    type Answer = Option<Self>;
 
     #[inline(always)]
     fn new(wanted: Wanted, t_max: f32) -> Self {
@@ -124,8 +125,8 @@ impl HitCollector for DynamicCollector {
     }
 
     #[inline(always)]
-    fn answer(self) -> Self {
-        self
+    fn answer(self, _: FrameStamp) -> Option<Self> {
+        Some(self)
     }
 
     #[inline(always)]
@@ -175,8 +176,8 @@ impl HitCollector for Closest {
     }
 
     #[inline(always)]
-    fn answer(self) -> Option<Hit> {
-        self.hit
+    fn answer(self, stamp: FrameStamp) -> Option<Hit> {
+        self.hit.map(|hit| hit.stamped(stamp))
     }
 
     // Inlined, so that no address of the collector is taken and it stays in registers.
@@ -223,7 +224,7 @@ impl HitCollector for Occluded {
     }
 
     #[inline(always)]
-    fn answer(self) -> bool {
+    fn answer(self, _: FrameStamp) -> bool {
         self.found
     }
 

@@ -21,21 +21,21 @@ use crate::traverse::{
 use crate::wide::WideLink;
 
 /// The closest hit.
+#[inline]
 pub(super) fn closest(world: &FrameBvh, ray: &Ray, rules: Rules<NoFilter>) -> Option<Hit> {
-    match world.level.run_vector(TraceRay::<_, Closest, _> { world, ray, rules, wanted: (), tally: &mut () }) {
-        // Stamped here and not in the kernel, which would hold the stamp throughout the walk.
-        Ok(hit) => Some(hit??.stamped(world.stamp)),
-        Err(_) => dynamic(world, ray, rules.to_dynamic(world), Wanted::Closest, &mut Work::default())?.hit(world.stamp),
-    }
+    // The kernel writes the answer where the caller wants it: a copy would wait for its stores.
+    world.level.run_vector(TraceRay::<_, Closest, _> { world, ray, rules, wanted: (), tally: &mut () }, || {
+        dynamic(world, ray, rules.to_dynamic(world), Wanted::Closest, &mut Work::default())?.hit(world.stamp)
+    })
 }
 
 /// Whether anything is hit.
+#[inline]
 pub(super) fn occluded(world: &FrameBvh, ray: &Ray, rules: Rules<NoFilter>) -> bool {
-    match world.level.run_vector(TraceRay::<_, Occluded, _> { world, ray, rules, wanted: (), tally: &mut () }) {
-        Ok(is_hit) => is_hit == Some(true),
-        Err(_) => dynamic(world, ray, rules.to_dynamic(world), Wanted::Any, &mut Work::default())
-            .is_some_and(|collector| collector.is_hit()),
-    }
+    world.level.run_vector(TraceRay::<_, Occluded, _> { world, ray, rules, wanted: (), tally: &mut () }, || {
+        dynamic(world, ray, rules.to_dynamic(world), Wanted::Any, &mut Work::default())
+            .is_some_and(|collector| collector.is_hit())
+    })
 }
 
 /// Any query, with or without a filter, and counted. `None` when the ray cannot hit anything.
@@ -58,22 +58,22 @@ struct TraceRay<'a, F, C: HitCollector, T> {
 }
 
 impl<'a, F: Filter + 'a, C: HitCollector, T: Tally> Kernel for TraceRay<'a, F, C, T> {
-    /// `None` when the ray cannot hit anything.
-    type Output = Option<C::Answer>;
+    type Output = C::Answer;
 
     #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> Option<C::Answer> {
+    fn run<I: Isa>(self, isa: I) -> C::Answer {
         // The ray is read where it stands; only one whose bounds have to be mended first is copied.
         let mended;
         let ray = if self.ray.has_valid_range() {
             self.ray
         } else {
-            mended = self.ray.validated()?;
+            let Some(valid) = self.ray.validated() else { return C::Answer::default() };
+            mended = valid;
             &mended
         };
         let mut collector = C::new(self.wanted, ray.t_max);
         trace_top_level(isa, self.world, ray, self.rules, &mut collector, self.tally);
-        Some(collector.answer())
+        collector.answer(self.world.stamp)
     }
 }
 

@@ -333,27 +333,21 @@ impl Level {
         !matches!(self.0, Kind::Scalar(_))
     }
 
-    /// Runs a kernel that is compiled for vector levels only.
-    ///
-    /// # Errors
-    /// The level has no vectors.
+    /// Runs a kernel that is compiled for vector levels only; `otherwise` stands in for it at the scalar
+    /// level.
     #[inline]
-    pub(crate) fn run_vector<K: Kernel>(self, kernel: K) -> Result<K::Output, NoVectors> {
+    pub(crate) fn run_vector<K: Kernel>(self, kernel: K, otherwise: impl FnOnce() -> K::Output) -> K::Output {
         match self.0 {
-            Kind::Scalar(_) => Err(NoVectors),
+            Kind::Scalar(_) => otherwise(),
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2(isa) => Ok(isa.run(kernel)),
+            Kind::Avx2(isa) => isa.run(kernel),
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512(isa) => Ok(isa.run(kernel)),
+            Kind::Avx512(isa) => isa.run(kernel),
             #[cfg(target_arch = "aarch64")]
-            Kind::Neon(isa) => Ok(isa.run(kernel)),
+            Kind::Neon(isa) => isa.run(kernel),
         }
     }
 }
-
-/// A kernel was not run, since it is compiled for vector levels only.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct NoVectors;
 
 impl fmt::Debug for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
