@@ -1,4 +1,4 @@
-//! A frame made ready for rendering: its lights collected, its alpha-tested materials known.
+//! A frame prepared for rendering: its lights collected, its alpha-tested materials known.
 
 use std::fmt;
 

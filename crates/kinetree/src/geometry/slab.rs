@@ -82,7 +82,7 @@ impl ErrorBound {
 /// Direction components are at least this fraction of the largest one, with their sign kept.
 pub(crate) const LEAST_SLOPE: f32 = 1.0 / (1 << 30) as f32;
 
-/// A ray made ready for box tests against boxes within known bounds.
+/// A ray prepared for tests against boxes within known bounds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SafeRay {
     /// Along each axis.

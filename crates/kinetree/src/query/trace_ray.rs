@@ -62,14 +62,14 @@ impl<'a, F: Filter + 'a, C: HitCollector, T: Tally> Kernel for TraceRay<'a, F, C
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> C::Answer {
-        // The ray is read where it stands; only one whose bounds have to be mended first is copied.
-        let mended;
+        // The ray is read where it stands; it is copied only if its range has to be corrected.
+        let corrected;
         let ray = if self.ray.has_valid_range() {
             self.ray
         } else {
             let Some(valid) = self.ray.validated() else { return C::Answer::default() };
-            mended = valid;
-            &mended
+            corrected = valid;
+            &corrected
         };
         let mut collector = C::new(self.wanted, ray.t_max);
         trace_top_level(isa, self.world, ray, self.rules, &mut collector, self.tally);
